@@ -40,7 +40,7 @@ HOMES = {
     "typer": ("cli/",),
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
-    "matplotlib": ("report/figures/", "papers/maddahi2015/figures/", "api/"),
+    "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("report/table.py", "records/measured/", "records/writing.py"),
     "xarray": ("api/", "report/table.py"),
     "pandas": ("api/", "report/table.py"),

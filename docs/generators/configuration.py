@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from generators.writing import table, write_page
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.study.study import WatchedChart
+from hydrofdi.config.study import WatchedChart
 from hydrofdi.detectors.charts import ChartOptions
 from hydrofdi.detectors.rules import chart_kind, chart_names
 from hydrofdi.monitor.configuration import MonitorConfig

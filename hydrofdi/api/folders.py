@@ -19,9 +19,9 @@ from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
+from hydrofdi.config.run_table.roles import StudyTable
 from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
-from hydrofdi.config.study.table import StudyTable
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of
 from hydrofdi.settings.messages import counted

@@ -23,7 +23,7 @@ from hydrofdi.config.names import full_name, meant
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.run_table.runs import record_identity, run_identity
 from hydrofdi.config.shown_values import shown_in, shown_value
-from hydrofdi.config.study.study import DetectionConfig
+from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients

@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrofdi.api.histories import DAY, time_or_days
 from hydrofdi.api.trend_estimates import TrendEstimates
-from hydrofdi.evaluation.courses import Estimate
+from hydrofdi.evaluation.change_point import Estimate
 from hydrofdi.report.table import Column, Table, finite, quantity
 from hydrofdi.settings.readable import number_text, percent, plain, readable_unit, time_text, typeset
 from hydrofdi.units import convert

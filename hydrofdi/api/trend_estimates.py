@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from hydrofdi.api.histories import DAY, History, Points
-from hydrofdi.evaluation.courses import LAWS, Draws, Estimate
+from hydrofdi.evaluation.change_point import LAWS, Draws, Estimate
 from hydrofdi.records import Array
 
 

@@ -378,8 +378,7 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
 
 def _print(made: ComposedReport, form: str, full: bool) -> None:
     from hydrofdi.cli.tables import print_document
-    from hydrofdi.report.forms.page import render_latex, render_markdown
-    from hydrofdi.report.record import render_json
+    from hydrofdi.report.forms.page import render_json, render_latex, render_markdown
     from hydrofdi.report.table import Table
 
     if form == "text":

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, fie
 
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
 from hydrofdi.config.sections.machine import FluidConfig
-from hydrofdi.config.study.study import DetectionConfig, StudyConfig
+from hydrofdi.config.study import DetectionConfig, StudyConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator

@@ -15,7 +15,7 @@ from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentCo
 from hydrofdi.config.names import full_name, meant
 from hydrofdi.config.normalizing import normalize
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
-from hydrofdi.config.study.study import WatchedChart
+from hydrofdi.config.study import WatchedChart
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue

@@ -11,7 +11,7 @@ from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parame
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import ControlConfig
 from hydrofdi.config.sections.sensor import TemperatureSensorConfig
-from hydrofdi.config.study.study import study_values
+from hydrofdi.config.study import study_values
 from hydrofdi.config.sweeps.sweep import SweepConfig, argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 from hydrofdi.settings.messages import counted

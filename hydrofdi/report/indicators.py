@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
-from hydrofdi.report.intervals import span_of
+from hydrofdi.report.runs import Array, of_healthy
 from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
 from hydrofdi.report.wording import span_text
 from hydrofdi.settings.readable import HOLE, readable_unit
@@ -22,21 +23,14 @@ from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
-Array = NDArray[np.float64]
-
 LEAST_SHARE = 0.01
 """A healthy value below this share of the largest size over all runs counts as near zero."""
 
 
-class Changes(NamedTuple):
-    """Changes of all runs against one kind of baseline; each of shape (n_run,), NaN if there is none.
-
-    `absolute` is in the unit of the number, above zero where it rose; `percent` of the size of the healthy
-    value, NaN if that is near zero.
-    """
-
-    absolute: Array
-    percent: Array
+def span_of(values: Iterable[float]) -> tuple[float, float]:
+    """Smallest and largest of some numbers, without NaN; NaN if there is none."""
+    known = [float(value) for value in values if not math.isnan(value)]
+    return min(known, default=math.nan), max(known, default=math.nan)
 
 
 def relative_change(healthy: Array, values: Array) -> Array:
@@ -103,11 +97,6 @@ class MeasuredOutput:
         rows = self.data.fixed_baseline
         healthy: Array = self.means[np.unique(rows[rows != names.NO_BASELINE])]
         return healthy
-
-    def changes(self, baseline: NDArray[np.int64]) -> Changes:
-        """Changes against the healthy run of each run."""
-        against = np.where(baseline == names.NO_BASELINE, np.nan, self.means[baseline])
-        return Changes(self.means - against, relative_change(against, self.means))
 
 
 @dataclass(frozen=True)
@@ -220,10 +209,10 @@ def output_columns(study: MeasuredIndicator, rows: NDArray[np.int64]) -> dict[st
         for place in np.ndindex(output.values.shape[1:]):
             index = "".join(f"[{part}]" for part in place)
             columns[f"{name}{index}{shown}"] = output.values[(rows, *place)]
-        for kind, baseline in (("fixed", data.fixed_baseline), ("matched", data.matched_baseline)):
-            changes, change = output.changes(baseline), f"{name} change_{kind}"
-            columns[f"{change} [%]"] = changes.percent[rows]
-            columns[f"{change}{shown}"] = changes.absolute[rows]
+        for kind, baseline in data.baselines.items():
+            healthy, change = of_healthy(output.means, baseline), f"{name} change_{kind}"
+            columns[f"{change} [%]"] = relative_change(healthy, output.means)[rows]
+            columns[f"{change}{shown}"] = (output.means - healthy)[rows]
     if study.unmeasured:
         reasons = [study.unmeasured.get(row, "") for row in rows.tolist()]
         columns[f"{study.label}{names.OBSTACLE}"] = reasons

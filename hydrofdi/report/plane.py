@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.run_table.runs import spread
 from hydrofdi.evaluation.scores import comparable
-from hydrofdi.report.axes import Axis
-from hydrofdi.report.responses import AGAINST, Array, Feature, ResponseStudy
+from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
+from hydrofdi.report.runs import Array
 from hydrofdi.report.table import Block, Column, Table
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import number_text
@@ -102,8 +102,10 @@ def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
         cell = np.where(inside, row_of * len(column_values) + column_of, -1)
         if len(np.unique(cell[inside])) < _LEAST_FILLED * len(row_values) * len(column_values):
             continue
-        known = (name for name in ("fixed", "matched") if any(map(_has_numbers, study.details[name])))
-        against = next(known, "")
+        known = {
+            name: any(np.isfinite(each.values).any() for each in own) for name, own in study.details.items()
+        }
+        against = next((name for name in data.baselines if known[name]), "")
         return Plane(
             ([*map(rows.text, row_values)], [*map(columns.text, column_values)]),
             (rows.header, columns.header),
@@ -126,10 +128,6 @@ def _places(axis: Axis) -> tuple[NDArray[np.intp], list[Any]]:
     known = np.isfinite(axis.numbers)
     values, places[known] = np.unique(axis.numbers[known], return_inverse=True)
     return places, values.tolist()
-
-
-def _has_numbers(feature: Feature) -> bool:
-    return bool(np.isfinite(feature.values).any())
 
 
 def _baseline(

@@ -3,28 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.experiment import DWT
+from hydrofdi.config import expand_runs
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import parameter_names, parameter_unit
+from hydrofdi.config.shown_values import shown_parameter
+from hydrofdi.config.sweeps.points import count_points
 from hydrofdi.evaluation.scores import comparable
-from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
 from hydrofdi.report.indicators import MeasuredIndicator
-from hydrofdi.report.intervals import RankCorrelation, rank_correlation
-from hydrofdi.report.runs import baseline_changes
+from hydrofdi.report.runs import Array, baseline_changes
 from hydrofdi.report.table import Block, Column, Table, finite, numbers
-from hydrofdi.report.wording import signed, with_minus
-from hydrofdi.settings.readable import HOLE, typeset
+from hydrofdi.report.wording import litres_per_minute, shown_modulus, signed, with_minus
+from hydrofdi.settings.readable import HOLE, K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
-Array = NDArray[np.float64]
+_MANY = 2_000
+
+MOST_VALUES = 12
+"""Most different values that are shown one by one; more are divided into fifths."""
+
+_FIFTHS = 5
 
 MANY_RUNS = 40
 """Groups of at least this many runs show the range from 5 to 95 %, others the smallest and the largest."""
@@ -47,6 +53,186 @@ _RANKS = (
     " others."
 )
 _GAP = "\N{NO-BREAK SPACE}"
+
+Z_95 = 1.959963984540054
+"""Quantile of the normal distribution for a two-sided confidence of 95 %."""
+
+LEAST_RUNS = 10
+"""Smallest number of runs for a rank correlation; below, its interval would not cover."""
+
+
+def fifths(values: NDArray[np.float64]) -> list[tuple[float, float, NDArray[np.bool_]]]:
+    """Values by size, in fifths of equal number: the ends of each, and which values belong to it."""
+    edges = np.quantile(values, np.linspace(0.0, 1.0, _FIFTHS + 1))
+    rank = np.searchsorted(np.sort(values), values, side="right") - 1
+    place = np.minimum(_FIFTHS * rank // max(values.size - 1, 1), _FIFTHS - 1)
+    return [(float(edges[k]), float(edges[k + 1]), place == k) for k in range(_FIFTHS)]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Runs with one value, or one range of values.
+
+    Attributes
+    ----------
+    value : float, str or None
+        In SI; None for a range.
+    text : str
+        In the unit of the header of the axis.
+    rows : ndarray of bool, shape (n_run,)
+    """
+
+    value: Any
+    text: str
+    rows: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter that varies.
+
+    Attributes
+    ----------
+    name : str
+        Dotted name.
+    header : str
+        What people read, with its unit, such as ``supply.pressure [MPa]``.
+    groups : tuple of Group
+        Runs by value in ascending order; by fifths of the values if there are many.
+    numbers : ndarray, shape (n_run,), or None
+        The values in SI; NaN for runs that belong to no group. None if the values are words.
+    text : callable
+        Value in SI → what people read under the header.
+    """
+
+    name: str
+    header: str
+    groups: tuple[Group, ...]
+    numbers: NDArray[np.float64] | None
+    text: Callable[[Any], str]
+
+    @property
+    def drawn(self) -> NDArray[np.float64] | None:
+        """The numbers if the groups are ranges of them."""
+        return self.numbers if self.groups[0].value is None else None
+
+
+def _swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
+    """Runs that the experiment requests; the others were added as healthy baselines.
+
+    Many unconditional points are taken to be different: expanding is slow.
+    """
+    blocks = (data.experiment.ensemble, data.experiment.sweep)
+    n_swept = math.prod(count_points(block) for block in blocks)
+    if n_swept <= _MANY or any(block.where or block.union for block in blocks):
+        n_swept = expand_runs(data.experiment).n_swept
+    return np.arange(data.n_run) < n_swept
+
+
+def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
+    """A swept parameter over the runs that are kept."""
+    text: Callable[[Any], str]
+    if name in INTERNAL_LEAKAGE_FORMS:
+        is_flow = name == "leakage.internal_flow"
+        header = "Leakage [L/min]" if is_flow else f"K_i [{typeset(K_I_UNIT)}]"
+        number = litres_per_minute if is_flow else "{:.4g}".format
+        values, text = data.leakage_requests.tolist(), lambda value: number(value) if value else "sealed"
+    else:
+        values = data.values(name)
+        is_modulus = name == "fluid.bulk_modulus"
+        shown = shown_modulus() if is_modulus else shown_parameter(name, values)
+        header, text = f"EBM [{shown.unit}]" if is_modulus else shown.header, shown.text
+    found = dict.fromkeys(value for value, is_kept in zip(values, kept, strict=True) if is_kept)
+    if not all(isinstance(value, int | float) for value in found):
+        rows_of = {value: kept & np.array([each == value for each in values]) for value in found}
+        words = (Group(v, HOLE if v is None else text(v), rows) for v, rows in rows_of.items())
+        return Axis(name, header, tuple(words), None, text)
+    numbers = np.array([v if isinstance(v, int | float) else np.nan for v in values], dtype=float)
+    numbers[~kept] = np.nan
+    groups = [Group(value, text(value), numbers == value) for value in sorted(found)]
+    if len(found) > MOST_VALUES:
+        groups = []
+        for low, high, members in fifths(numbers[kept]):
+            rows = kept.copy()
+            rows[kept] = members
+            groups.append(Group(None, f"{text(low)} … {text(high)}", rows))
+    return Axis(name, header, tuple(each for each in groups if each.rows.any()), numbers, text)
+
+
+@dataclass(frozen=True)
+class RankCorrelation:
+    """Spearman's ρ.
+
+    Attributes
+    ----------
+    value : float
+        −1 … 1; NaN if the feature or the parameter is constant, or if there are too few runs.
+    low, high : float
+        95 % confidence interval.
+    chance : float
+        Bound of abs(ρ) in 95 % of cases if the feature does not depend on the parameter.
+    n_run : int
+        Number of runs used.
+    """
+
+    value: float
+    low: float
+    high: float
+    chance: float
+    n_run: int
+
+
+def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
+    """Spearman's ρ over the runs that have both numbers.
+
+    The standard error follows from the influence of each run on ρ, which assumes no distribution; the
+    interval is taken on Fisher's scale, artanh ρ. Without dependence ρ has the variance 1/(n − 1).
+    Kendall and Gibbons, Rank Correlation Methods, 5th edition, 1990.
+    """
+    parameter, feature = comparable(parameter), comparable(feature)
+    known = np.isfinite(parameter) & np.isfinite(feature)
+    n_run = int(known.sum())
+    if n_run < LEAST_RUNS or np.ptp(parameter[known]) == 0.0 or np.ptp(feature[known]) == 0.0:
+        return RankCorrelation(math.nan, math.nan, math.nan, math.nan, n_run)
+    x, y = _ranks(parameter[known]), _ranks(feature[known])
+    value = float(np.clip(np.mean(x * y), -1.0, 1.0))
+    error = _standard_error(x, y)
+    low, high = _fisher_interval(value, error)
+    return RankCorrelation(value, low, high, Z_95 / math.sqrt(n_run - 1), n_run)
+
+
+def _ranks(values: Array) -> Array:
+    """Mean ranks, scaled to mean 0 and variance 1."""
+    from scipy.stats import rankdata
+
+    ranks = rankdata(values)
+    scaled: Array = (ranks - ranks.mean()) / ranks.std()
+    return scaled
+
+
+def _standard_error(x: Array, y: Array) -> float:
+    """From the influence of each run: through its own ranks, and through those of the others."""
+    influence = x * y + _moved(x, y) + _moved(y, x)
+    return float(np.std(influence, ddof=1)) / math.sqrt(len(x))
+
+
+def _moved(x: Array, y: Array) -> Array:
+    """How a run at each x moves the ranks of all runs above it, weighted with their y; of mean zero."""
+    order = np.argsort(x, kind="stable")
+    above = np.empty_like(y)
+    above[order] = np.cumsum(y[order][::-1])[::-1]
+    step = 1.0 / np.std(np.arange(len(x)))
+    moved: Array = step * (above - above.mean())
+    return moved
+
+
+def _fisher_interval(value: float, error: float) -> tuple[float, float]:
+    """95 % interval on the scale of artanh; a point at a perfect correlation."""
+    if abs(value) > 1.0 - 1e-12:
+        return value, value
+    half = Z_95 * error / (1.0 - value**2)
+    centre = math.atanh(value)
+    return math.tanh(centre - half), math.tanh(centre + half)
 
 
 @dataclass(frozen=True)
@@ -130,11 +316,13 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
     Leakage is compared with the sealed actuator under the same conditions, so that the leak alone is seen;
     all else with the fixed baseline. Where every run is its own baseline, the RMS stand in place of δ.
     """
-    runs = swept_runs(data)
+    runs = _swept_runs(data)
     details = _details(data)
     measured = tuple(_indicator_features(indicators))
     axes = []
-    for axis in varied_axes(data, runs):
+    for axis in (_axis(data, name, runs) for name in dict.fromkeys(data.experiment.varied_names)):
+        if len(axis.groups) < 2:
+            continue
         wanted = ("matched", "fixed") if axis.name.startswith("leakage.") else ("fixed",)
         against = next((name for name in wanted if details[name]), "")
         responses = (
@@ -152,13 +340,13 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
 def _details(data: ExperimentData) -> dict[str, tuple[Feature, ...]]:
     """δ of the details of P_1 against each baseline that is another run, and their RMS."""
     found: dict[str, tuple[Feature, ...]] = {"": (), "fixed": (), "matched": ()}
-    if DWT not in data.experiment.indicators:
+    if not data.has_details:
         return found
     sizes = data.columns[names.DETAIL_RMS].T * convert(1.0, "kPa")
     found[""] = tuple(Feature(f"RMS of d{k}", "kPa", values, "Pa") for k, values in enumerate(sizes, 1))
-    rows = {"fixed": data.fixed_baseline, "matched": data.matched_baseline}
     for name, changes in baseline_changes(data).items():
-        if ((rows[name] != names.NO_BASELINE) & (rows[name] != np.arange(data.n_run))).any():
+        rows = data.baselines[name]
+        if ((rows != names.NO_BASELINE) & (rows != np.arange(data.n_run))).any():
             found[name] = tuple(Feature(f"δd{k}", "%", values) for k, values in enumerate(changes.T, 1))
     return found
 
@@ -213,7 +401,7 @@ def responses_block(study: ResponseStudy) -> Block | None:
         "responses",
         "Responses",
         (_LEGEND,),
-        (*map(_axis_table, shown), *_rank_tables(shown)),
+        (*map(_axis_table, shown), _rank_table(shown)),
         ("responses",),
     )
 
@@ -247,22 +435,17 @@ def _number(value: float, is_change: bool) -> str:
     return signed(value) if is_change else HOLE if math.isnan(value) else with_minus(f"{value:.4g}")
 
 
-def _rank_tables(axes: list[AxisResponses]) -> Iterator[Table]:
+def _rank_table(axes: list[AxisResponses]) -> Table:
     """Rank correlations of all features with the parameters that have many values."""
-    ranked = [
-        (response.feature.name, found.axis.name, response.rank)
+    rows = [
+        {"feature": response.feature.name, "parameter": found.axis.name, "ρ": rank.value}
+        | {"interval from": rank.low, "to": rank.high, "by chance up to": rank.chance, "runs": rank.n_run}
         for found in axes
         for response in found.responses
-        if response.rank is not None
+        if (rank := response.rank) is not None
     ]
-    if ranked:
-        rows = [
-            {"feature": name, "parameter": axis, "ρ": rank.value, "interval from": rank.low, "to": rank.high}
-            | {"by chance up to": rank.chance, "runs": rank.n_run}
-            for name, axis, rank in ranked
-        ]
-        title = "Rank correlation of features with sampled parameters"
-        yield Table.of_records(rows, title=title, key="responses-ranks", notes=(_RANKS,), n_lead=2)
+    title = "Rank correlation of features with sampled parameters"
+    return Table.of_records(rows, title=title, key="responses-ranks", notes=(_RANKS,), n_lead=2)
 
 
 def responses_record(study: ResponseStudy) -> dict[str, Any]:

@@ -12,11 +12,11 @@ from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.table import Block, Table, finite, group_breaks
 from hydrofdi.report.wording import joined
-from hydrofdi.studies.charts import ChartJudgement, LeakDelay, RunLengths
+from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
 from hydrofdi.studies.truth import EstimateJudgement, Estimates
 from hydrofdi.units import convert
 
-_ORDER = (
+_CHARTS = (
     "Charts leave out the transient of the estimator and restart after each alarm. Healthy fit records, "
     "resampled whole and joined, set the limits; all results come from other records. A delay is the"
     " time from the onset of a leak to the first alarm after it; alarms before it are false ones (early)."
@@ -26,10 +26,10 @@ _ORDER = (
 _DULL = ("unit", "kind", "not_measurable")
 
 
-def run_lengths_block(lengths: RunLengths) -> Block:
+def run_lengths_block(detection: Detection) -> Block:
     """Delays of detection for each time between false alarms, alarms, and why a chart has none."""
-    lines, confidence = [*_lines(lengths)], f"{100.0 * lengths.confidence:g} %"
-    refusals = [_lead(chart) | {"refused": why} for chart in lengths.charts for why in chart.refusals]
+    lines, confidence = [*_lines(detection)], f"{100.0 * detection.rules.confidence:g} %"
+    refusals = [_lead(chart) | {"refused": why} for chart in detection.charts for why in chart.refusals]
     note = f"low, high: {confidence} interval. –: longer than the records, or no alarm in them."
     tables = (
         Table.of_records(
@@ -44,16 +44,11 @@ def run_lengths_block(lengths: RunLengths) -> Block:
         ),
         Table.of_records(refusals, _DULL, title="Not stated"),
     )
-    figures = ("delays",) if any(chart.delays for chart in lengths.charts) else ()
-    return Block("run-lengths", "Delay in operation", (_ORDER,), tables, figures)
+    figures = ("delays",) if any(chart.delays for chart in detection.charts) else ()
+    return Block("run-lengths", "Delay in operation", (_CHARTS,), tables, figures)
 
 
-def hours(duration: float) -> float:
-    """A duration [s] in hours."""
-    return convert(duration, "h")
-
-
-def run_length_records(judged: Sequence[RunLengths]) -> list[dict[str, Any]]:
+def run_length_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
     """One record for each chart at each limit."""
     return [
         {
@@ -65,31 +60,31 @@ def run_length_records(judged: Sequence[RunLengths]) -> list[dict[str, Any]]:
                 for each in chart.false_alarms
             ],
             "delays": [
-                {"population": delay.population.name} | _delay_record(lengths, delay)
+                {"population": delay.population.name} | _delay_record(detection, delay)
                 for delay in chart.delays
             ],
-            "design": design_record(lengths),
+            "design": design_record(detection),
             "refusals": list(chart.refusals),
         }
-        for lengths in judged
-        for chart in lengths.charts
+        for detection in detections
+        for chart in detection.charts
     ]
 
 
-def run_length_lines(judged: Sequence[RunLengths]) -> Iterator[dict[str, Any]]:
+def run_length_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]:
     """Header → value, one line for each chart, limit and tested population."""
-    for lengths in judged:
-        for line in _lines(lengths):
-            yield design_record(lengths) | line
+    for detection in detections:
+        yield from (design_record(detection) | line for line in _lines(detection))
 
 
-def _lines(lengths: RunLengths) -> Iterator[dict[str, Any]]:
-    for chart in lengths.charts:
-        lead = _lead(chart)
-        for population in chart.false_alarms:
-            yield lead | _population(lengths, population) | _alarm_record(chart, population)
-        for delay in chart.delays:
-            yield lead | _population(lengths, delay.population) | _delay_record(lengths, delay)
+def _lines(detection: Detection) -> Iterator[dict[str, Any]]:
+    unit = severity_unit(detection)
+    for chart in detection.charts:
+        lead, stated = _lead(chart), [(each, _alarm_record(chart, each)) for each in chart.false_alarms]
+        stated += [(delay.population, _delay_record(detection, delay)) for delay in chart.delays]
+        for population, line in stated:
+            named = {"population": population.name, "kind": str(population.kind)}
+            yield lead | named | {unit.key: unit.value(population.severity)} | line
         if chart.refusals:
             yield lead
 
@@ -100,17 +95,8 @@ def _lead(chart: ChartJudgement) -> dict[str, Any]:
         "rule": chart.rule,
         "indicator": chart.watched,
         "unit": chart.unit,
-        "false_alarm_every_h": hours(chart.false_alarm_every),
+        "false_alarm_every_h": convert(chart.false_alarm_every, "h"),
         "limit": None if chart.limit is None else chart.limit.value,
-    }
-
-
-def _population(lengths: RunLengths, population: Population) -> dict[str, Any]:
-    unit = severity_unit(lengths)
-    return {
-        "population": population.name,
-        "kind": str(population.kind),
-        unit.key: unit.value(population.severity),
     }
 
 
@@ -118,16 +104,16 @@ def _alarm_record(chart: ChartJudgement, population: Population) -> dict[str, An
     found, keeps = chart.false_alarms[population], chart.keeps(population)
     return {
         "alarms": found.n_alarm,
-        "hours": hours(found.duration),
-        "between_alarms_h": finite(hours(found.mean_time)),
-        "between_alarms_low_h": finite(hours(found.low)),
-        "between_alarms_high_h": finite(hours(found.high)),
+        "hours": convert(found.duration, "h"),
+        "between_alarms_h": finite(convert(found.mean_time, "h")),
+        "between_alarms_low_h": finite(convert(found.low, "h")),
+        "between_alarms_high_h": finite(convert(found.high, "h")),
         "keeps_false_alarm_rate": None if keeps is None else int(keeps),
     }
 
 
-def _delay_record(lengths: RunLengths, delay: LeakDelay) -> dict[str, Any]:
-    unit = severity_unit(lengths)
+def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
+    unit = severity_unit(detection)
     return {
         unit.key: unit.value(delay.population.severity),
         "true_mean_flow_after_onset_L_per_min": finite(convert(delay.flow, "L/min")),
@@ -136,7 +122,7 @@ def _delay_record(lengths: RunLengths, delay: LeakDelay) -> dict[str, Any]:
         "false_alarms_before_onset": delay.n_early,
         "not_measurable": delay.not_measurable,
         **_quantile("delay_median", delay.median),
-        **_quantile(f"delay_{100.0 * lengths.share:g}_percent", delay.late),
+        **_quantile(f"delay_{100.0 * detection.rules.probability:g}_percent", delay.late),
     }
 
 

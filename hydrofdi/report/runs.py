@@ -116,6 +116,10 @@ class RunTable:
         """Whether any run has features of its settled record."""
         return bool(np.isfinite(self[names.SETTLED_DETAIL_RMS][:, 0]).any())
 
+    def settled(self, name: str) -> str:
+        """The variable of the settled records that stands for an RMS, if any run has settled."""
+        return f"settled_{name}" if self.has_settled else name
+
     @property
     def varies_external(self) -> bool:
         """Whether the runs differ in their external leakage."""
@@ -143,16 +147,20 @@ def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> dict
     NaN if a run failed, or if the RMS of the healthy run is rounding error.
     """
     rms = data.columns[name]
-    column = (-1, *[1] * (rms.ndim - 1))
-    rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE].reshape(column)
-    healthy = np.where(rms < rounding, np.nan, rms)
-    baselines = {"fixed": data.fixed_baseline, "matched": data.matched_baseline}
-    return {
-        kind: percentage_change(
-            np.where((rows == names.NO_BASELINE).reshape(column), np.nan, healthy[rows]), rms
-        )
-        for kind, rows in baselines.items()
-    }
+    rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE]
+    known = np.where(rms < _along(rounding, rms), np.nan, rms)
+    return {kind: percentage_change(of_healthy(known, rows), rms) for kind, rows in data.baselines.items()}
+
+
+def of_healthy(values: Array, rows: NDArray[np.int64]) -> Array:
+    """Values of the healthy run of each run, by its row; NaN without one."""
+    healthy: Array = np.where(_along(rows == names.NO_BASELINE, values), np.nan, values[rows])
+    return healthy
+
+
+def _along(of_run: NDArray[Any], values: Array) -> NDArray[Any]:
+    """A number of each run, in as many dimensions as values of each."""
+    return of_run.reshape(-1, *[1] * (values.ndim - 1))
 
 
 def normal_bulk_modulus(data: ExperimentData) -> float:
@@ -161,18 +169,6 @@ def normal_bulk_modulus(data: ExperimentData) -> float:
     if row == names.NO_BASELINE:
         return float(data.experiment.baseline["fluid.bulk_modulus"])
     return float(data.columns[names.BULK_MODULUS][row])
-
-
-def leaks_out_more(data: ExperimentData) -> NDArray[np.bool_]:
-    """Whether the chambers of each run leak more than those of its healthy run; scenarios count as they are.
-
-    Modes are combinations of internal leakage and EBM; additional external leakage is another fault.
-    """
-    coefficients = external_coefficients(data)
-    healthy = coefficients[np.maximum(data.matched_baseline, 0)]
-    is_compared = (data.matched_baseline != names.NO_BASELINE) & (not data.experiment.has_scenarios)
-    more: NDArray[np.bool_] = is_compared & (coefficients != healthy).any(axis=1)
-    return more
 
 
 def external_coefficients(data: ExperimentData) -> Array:

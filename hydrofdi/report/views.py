@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.report.intervals import span_of
+from hydrofdi.report.indicators import span_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable
 from hydrofdi.report.table import Block, Column, Table, finite
 from hydrofdi.report.wording import joined, lead_columns, signed, span_text
@@ -49,31 +49,30 @@ def external_view(table: RunTable) -> View:
     deltas = _deltas(table, level)
     leaks = [tuple((np.flatnonzero(row > 0.0) + 1).tolist()) for row in table.external_coefficients]
     states = {state: [each == state for each in leaks] for state in sorted({(), *leaks})}
-    ranges = [{name: span_of(own[rows]) for name, own in deltas.items()} for rows in states.values()]
-    quiet = ranges[0]
-    gaps = [
-        {name: max(own[name][0] - quiet[name][1], quiet[name][0] - own[name][1]) for name in deltas}
-        for own in ranges
-    ]
+    spans = {name: [span_of(own[rows]) for rows in states.values()] for name, own in deltas.items()}
+    gaps = {
+        name: [max(low - quiet[1], quiet[0] - high) for low, high in (quiet, *others)]
+        for name, (quiet, *others) in spans.items()
+    }
     record = [
         {
             "external_leakage_of": list(chambers),
             "runs": sum(rows),
-            "ranges_percent": {name: list(map(finite, span)) for name, span in own.items()},
-            "gap_percentage_points": {name: finite(gap) for name, gap in apart.items()},
+            "ranges_percent": {name: list(map(finite, own[place])) for name, own in spans.items()},
+            "gap_percentage_points": {name: finite(own[place]) for name, own in gaps.items()},
         }
-        for (chambers, rows), own, apart in zip(states.items(), ranges, gaps, strict=True)
+        for place, (chambers, rows) in enumerate(states.items())
     ]
     places = [" and ".join(map(str, chambers)) or "none" for chambers in states]
     columns = [
         Column("Out of chamber", places, is_text=True),
         Column("Runs", [*map(sum, states.values())]),
     ]
-    for name in deltas:
-        texts = [span_text(*map(signed, own[name])) for own in ranges]
-        apart = [math.nan, *(each[name] for each in gaps[1:])]
+    for name, own in spans.items():
+        apart = [math.nan, *gaps[name][1:]]
         strong = [k for k, gap in enumerate(apart) if gap > 0.0]
-        columns += [Column(f"{name} [%]", texts), Column(f"Gap {name}", apart, text=signed, strong=strong)]
+        columns.append(Column(f"{name} [%]", [span_text(*map(signed, span)) for span in own]))
+        columns.append(Column(f"Gap {name}", apart, text=signed, strong=strong))
     note = (
         "δ against the fixed, δ′ against the matched baseline. Gap: percentage points between the range and"
         " that of runs without external leakage; below zero they overlap."
@@ -89,14 +88,11 @@ def external_view(table: RunTable) -> View:
 
 def _deltas(table: RunTable, level: int) -> dict[str, Array]:
     """δ and δ′ [%] of the approximation, and of d2."""
-    settled = table.has_settled
-    kinds = {
-        f"a{level + 1}": (names.SETTLED_APPROXIMATION_RMS if settled else names.APPROXIMATION_RMS, level)
-    }
+    kinds = {f"a{level + 1}": (names.APPROXIMATION_RMS, level)}
     if level >= _D2:
-        kinds["d2"] = (names.SETTLED_DETAIL_RMS if settled else names.DETAIL_RMS, _D2)
+        kinds["d2"] = (names.DETAIL_RMS, _D2)
     return {
-        f"{sign}{name}": table.changes(baseline, rms)[:, at]
+        f"{sign}{name}": table.changes(baseline, table.settled(rms))[:, at]
         for name, (rms, at) in kinds.items()
         for sign, baseline in (("δ", "fixed"), ("δ′", "matched"))
     }
@@ -143,7 +139,7 @@ def healthy_view(table: RunTable) -> View | None:
 
 def _against_sealed(table: RunTable) -> Iterator[tuple[NDArray[np.intp], Array]]:
     """Rows and δ of the sealed runs, then of each leak, where several sealed runs have the same labels."""
-    rms = table[names.SETTLED_DETAIL_RMS if table.has_settled else names.DETAIL_RMS]
+    rms = table[table.settled(names.DETAIL_RMS)]
     known, leaks = np.isfinite(rms).all(axis=1), table.leakage_requests
     values = (table[names.BULK_MODULUS].tolist(), *map(table.values, table.label_names))
     conditions = list(zip(*values, strict=True))

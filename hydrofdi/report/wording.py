@@ -8,8 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter
-from hydrofdi.evaluation.rates import Rate
-from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Column
 from hydrofdi.settings.readable import HOLE
@@ -44,37 +42,25 @@ def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
     return f"{leakage} at {modulus_text(bulk_modulus)}"
 
 
-def leakage_texts(table: RunTable) -> list[str]:
-    """The leakage level of each row in L/min; its K_i if only that is known, as for a missing run."""
+def lead_columns(table: RunTable) -> list[Column]:
+    """What says which run a row is; external leakage as the flow that it causes."""
     pairs = zip(table.leakage_requests.tolist(), table.leakage_flows.tolist(), strict=True)
-    return [
+    # of a missing run only K_i is known
+    leakages = [
         "sealed" if not request else f"K_i {request:g}" if math.isnan(flow) else litres_per_minute(flow)
         for request, flow in pairs
     ]
-
-
-def _outside_texts(table: RunTable) -> list[list[str]]:
-    """Flows out of both chambers of each row."""
-    pairs = zip(table.external_flows.tolist(), table.external_coefficients.tolist(), strict=True)
-    return [[litres_per_minute(flow) if k else "0" for flow, k in zip(*pair, strict=True)] for pair in pairs]
-
-
-def lead_columns(table: RunTable) -> list[Column]:
-    """What says which run a row is; external leakage as the flow that it causes."""
-    columns = [Column("Leakage [L/min]", leakage_texts(table)), modulus_column(table[names.BULK_MODULUS])]
+    columns = [Column("Leakage [L/min]", leakages), modulus_column(table[names.BULK_MODULUS])]
     if table.varies_external:
-        chambers = zip(*_outside_texts(table), strict=True)
-        columns += [Column(f"Out of {c} [L/min]", texts) for c, texts in enumerate(chambers, 1)]
+        chambers = zip(table.external_flows.T, table.external_coefficients.T, strict=True)
+        for chamber, (flows, k) in enumerate(chambers, 1):
+            texts = [litres_per_minute(flow) if k[row] else "0" for row, flow in enumerate(flows.tolist())]
+            columns.append(Column(f"Out of {chamber} [L/min]", texts))
     for name in table.label_names:
         if not name.startswith(EXTERNAL):
             shown = shown_parameter(name, values := table.values(name))
             columns.append(Column(shown.header, values, text=shown.text))
     return columns
-
-
-def mode_column(table: RunTable) -> Column:
-    """The frequency of the hydraulic mode."""
-    return Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: hole_or(f, f"{f:.1f}"))
 
 
 def delta_columns(delta: Array) -> list[Column]:
@@ -89,19 +75,6 @@ def delta_columns(delta: Array) -> list[Column]:
         )
         for level, own in enumerate(delta.T)
     ]
-
-
-def doubt_columns(table: RunTable) -> list[Column]:
-    """The marks of rows to read with care; nothing if there are none."""
-    marks = [" ".join(doubt.mark for doubt in doubts_of(verdict)) for verdict in table.verdicts]
-    return [Column("Verdict", marks, is_text=True)] if any(marks) else []
-
-
-def doubt_notes(table: RunTable) -> tuple[str, ...]:
-    """What the marks mean, those that occur."""
-    found = {doubt.word for verdict in set(table.verdicts) for doubt in doubts_of(verdict)}
-    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in found)
-    return (f"Verdict: {words}.",) if words else ()
 
 
 def band_sentence(table: RunTable) -> str:
@@ -148,11 +121,3 @@ def capitalized(sentence: str) -> str:
 def joined(words: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)
-
-
-def share_text(share: Rate, *, with_interval: bool) -> str:
-    """A share in percent, e.g. ``3.5 % (2.7–4.5)``; a hole if there is nothing to share."""
-    if not share.total:
-        return HOLE
-    interval = f" ({100.0 * share.low:.1f}–{100.0 * share.high:.1f})" if with_interval else ""
-    return f"{100.0 * share.value:.1f} %{interval}"

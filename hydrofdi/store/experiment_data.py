@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.experiment import Indicators
+from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_for_reading
@@ -197,6 +197,16 @@ class ExperimentData:
     def matched_baseline(self) -> NDArray[np.int64]:
         """Row of each run's sealed run under its own conditions; `NO_BASELINE` if there is none."""
         return self._sealed(self.columns[names.MATCHED_BASELINE])
+
+    @property
+    def baselines(self) -> dict[str, NDArray[np.int64]]:
+        """Rows of the healthy runs by the names of both kinds: ``fixed`` and ``matched``."""
+        return {"fixed": self.fixed_baseline, "matched": self.matched_baseline}
+
+    @property
+    def has_details(self) -> bool:
+        """Whether the experiment measures the wavelet details as configured."""
+        return DWT in self.experiment.indicators
 
     def _sealed(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Baseline rows, without those of leaking runs."""

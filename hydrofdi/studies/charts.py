@@ -2,107 +2,26 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.request import RunRequest
-from hydrofdi.config.study.study import OnlineConfig, WatchedChart
+from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.rules import Rules, make_chart
-from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays, time_needed
+from hydrofdi.detectors.run_lengths import AlarmLimit, FalseAlarms, delays
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import MEAN_LEAKAGE_FLOW
-from hydrofdi.studies.reading import needed_channels, study_designs
-from hydrofdi.studies.records import StudyRecords
-
-
-@dataclass(frozen=True)
-class LeakDelay:
-    """The detection delay of a leak of one nominal severity.
-
-    Attributes
-    ----------
-    flow : float
-        Mean of the true leakage flows from the onset on [m³/s].
-    n_found, n : int
-        Number of leaks detected before their record ends, and of all leaks.
-    n_early : int
-        Number of false alarms before the onset; the chart restarts after each.
-    not_measurable : int
-        Number of leaks whose estimator diverged before the onset; they count as not detected.
-    watched : float
-        Time from the latest onset to the last instant [s].
-    median, late : Delay
-        Delay within which half of the leaks, and the required fraction, are detected [s].
-    """
-
-    population: Population
-    flow: float
-    n_found: int
-    n: int
-    n_early: int
-    not_measurable: int
-    watched: float
-    median: Delay
-    late: Delay
-
-
-@dataclass(frozen=True)
-class ChartJudgement:
-    """A chart at one limit.
-
-    Attributes
-    ----------
-    label, watched, rule : str
-        Label of the chart, the watched output, and the name of the chart rule.
-    centre, spread : float
-        Median and spread of the watched output in healthy fit records [unit]; NaN if there is no limit.
-    false_alarms : mapping of Population to AlarmLimit
-        False alarms at this limit of healthy test records, each shift and each confusion.
-    """
-
-    label: str
-    watched: str
-    rule: str
-    unit: str
-    false_alarm_every: float
-    centre: float = math.nan
-    spread: float = math.nan
-    limit: AlarmLimit | None = None
-    false_alarms: Mapping[Population, AlarmLimit] = field(default_factory=dict)
-    delays: tuple[LeakDelay, ...] = ()
-    refusals: tuple[str, ...] = ()
-
-    def keeps(self, population: Population) -> bool | None:
-        """Whether the false-alarm rate of a population is compatible with the requirement.
-
-        None if its records are not watched, or not long enough.
-        """
-        found = self.false_alarms.get(population)
-        if found is None:
-            return None
-        if found.high < self.false_alarm_every:
-            return False
-        return True if found.duration >= time_needed(self.false_alarm_every, found.confidence) else None
-
-
-@dataclass(frozen=True, eq=False)
-class RunLengths:
-    """The charts of a design of a study."""
-
-    records: StudyRecords
-    charts: tuple[ChartJudgement, ...]
-    confidence: float
-    share: float
+from hydrofdi.studies.reading import needed_channels
+from hydrofdi.studies.records import ChartJudgement, LeakDelay, StudyRecords
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +66,7 @@ class Traces:
         return np.asarray(is_watched & np.isfinite(self.flow))
 
 
-def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], watched: str) -> Traces:
+def read_traces(data: ExperimentData, records: StudyRecords, watched: str) -> Traces:
     """Read the traces of a score in a design of a stored study."""
     label = watched.partition(".")[0]
     indicator = data.indicators[label]
@@ -158,7 +77,9 @@ def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.in
     time = watched_instants(indicator, request)
     if time.size < 2:
         raise ReportError(f"the trace of {watched} ends before its transient is over")
-    onset = _onsets(data)[rows]
+    is_constant = np.array([kind == "constant" for kind in data.values("leakage.onset")])
+    onsets = np.where(is_constant, np.nan, np.array(data.values("leakage.onset_time"), dtype=float))
+    rows, onset = records.runs, onsets[records.runs]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = 1.0 - np.where(np.isnan(onset), 0.0, onset) / request.record.duration
         flow = data.columns[MEAN_LEAKAGE_FLOW][rows] / share
@@ -180,12 +101,6 @@ def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) ->
     instants = indicator.trace_instants(frequency)
     settled = instants[instants >= indicator.options.transient - 1e-9]
     return np.asarray(settled + request.n_discarded / frequency)
-
-
-def _onsets(data: ExperimentData) -> Array:
-    """Onset of the leak of each run [s]; NaN if the leak is constant."""
-    is_constant = np.array([kind == "constant" for kind in data.values("leakage.onset")])
-    return np.where(is_constant, np.nan, np.array(data.values("leakage.onset_time"), dtype=float))
 
 
 _SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
@@ -255,25 +170,15 @@ def _delays(
         )
 
 
-def judge_run_lengths(data: ExperimentData) -> tuple[RunLengths, ...]:
-    """Evaluate the charts of every design of a stored study; empty if there are none.
+def judge_charts(data: ExperimentData, records: StudyRecords) -> Iterator[ChartJudgement]:
+    """Evaluate the charts of a design of a stored study.
 
     Charts on indicators that need sensors which the machine does not have are omitted.
     """
-    if data.experiment.detection.online is None:
-        return ()
-    asked = data.experiment.detection
-    return tuple(
-        RunLengths(records, tuple(_judged(data, records, rows)), asked.confidence, asked.probability)
-        for records, rows in study_designs(data)
-    )
-
-
-def _judged(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp]) -> Iterator[ChartJudgement]:
     detection = data.experiment.detection
-    assert detection.online is not None
-    for label, asked in detection.online.charts.items():
+    if (online := detection.online) is None:
+        return
+    for label, asked in online.charts.items():
         indicator = data.indicators[asked.of.partition(".")[0]]
         if not detection.sensors or set(needed_channels(indicator)) <= set(detection.sensors):
-            traces = read_traces(data, records, rows, asked.of)
-            yield from judge_chart(traces, label, asked, detection.online, detection)
+            yield from judge_chart(read_traces(data, records, asked.of), label, asked, online, detection)

@@ -31,7 +31,8 @@ def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Det
     Top-ranked scores and scores in the Pareto set were selected among many, so they get a second bound,
     ``q90_95_of_all``, that is simultaneous for all scores.
     """
-    judgements = ranked([judge(records, scored, rules) for scored in scores])
+    judged = [judge(records, scored, rules) for scored in scores]
+    judgements = ranked(judged, is_labelled=records.is_labelled)
     best = pareto_set(judgements)
     judgements = tuple(
         judge(records, each.scored, rules, n_tried=len(scores))

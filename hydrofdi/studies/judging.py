@@ -22,7 +22,14 @@ from hydrofdi.evaluation.pod import (
     quantile_of_chi_square,
     smallest_detectable,
 )
-from hydrofdi.evaluation.rates import Rate, alarm_rate, left_out_outcomes, simultaneous_confidence
+from hydrofdi.evaluation.rates import (
+    HealthyPair,
+    Rate,
+    alarm_rate,
+    healthy_against_healthy,
+    left_out_outcomes,
+    simultaneous_confidence,
+)
 from hydrofdi.evaluation.roc import (
     FEWEST_GROUPS,
     MANY_GROUPS,
@@ -93,6 +100,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
         levels=levels,
         partial_area=case.partial_area(case.part(list(faulty)), reference),
         counted=_counted(false_alarms, levels, rules),
+        healthy_pairs=case.healthy_pairs(fit, direction),
         refusals=tuple(dict.fromkeys(case.notes.refusals)),
         remarks=tuple(dict.fromkeys(case.notes.remarks)),
         **found,
@@ -189,6 +197,13 @@ class _Case:
         except NotStatedError as refusal:
             reason = f"to test a healthy group, the others set the threshold: {refusal}"
             raise NotStatedError(reason, refusal.records_needed) from None
+
+    def healthy_pairs(self, fit: Part, direction: Direction) -> tuple[HealthyPair, ...]:
+        """Every healthy group of labelled records against every other."""
+        if not self.records.is_labelled or fit.groups is None or len(set(fit.groups)) < 2:
+            return ()
+        rule = partial(self.rules.set_threshold, direction=direction)
+        return healthy_against_healthy(fit.scores, fit.groups, rule, confidence=self.rules.confidence)
 
     def floor(self, false_alarms: Mapping[Population, Rate]) -> float | None:
         """False-alarm rate measured on healthy records; None if no healthy record was tested."""

@@ -63,7 +63,9 @@ def measured_study(
     known = {**severity, **dict.fromkeys(healthy, 0.0)}
     severities = np.array([known.get(record.label, np.nan) for record in labelled])
     remarks = [*([] if has_groups else [_split_remark(groups)]), *_confounded(groups, is_healthy)]
-    records = StudyRecords(populations, of_record, severities, groups=groups, remarks=tuple(remarks))
+    records = StudyRecords(
+        populations, of_record, severities, groups=groups, remarks=tuple(remarks), is_labelled=True
+    )
     return StudyDesign(records, tuple(_scores(columns, labelled)))
 
 

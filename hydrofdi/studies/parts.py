@@ -56,14 +56,6 @@ def part(records: StudyRecords, scored: Scored, populations: Collection[Populati
     return Part(scored.values[rows], records.severity[rows], groups)
 
 
-def records_without_number(records: StudyRecords, scored: Scored) -> dict[str, int]:
-    """Name of a population → number of its records without a score, if any."""
-    missing = {
-        each.name: int(np.isnan(scored.values[records.rows(each)]).sum()) for each in records.populations
-    }
-    return {name: count for name, count in missing.items() if count}
-
-
 @dataclass(frozen=True, eq=False)
 class TestedLevels:
     """Levels of nominal severity, ascending; all true severities are known.

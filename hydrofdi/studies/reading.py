@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.run_table.expansion import study_roles
-from hydrofdi.config.study.study import DetectionConfig
-from hydrofdi.config.study.table import StudyTable
+from hydrofdi.config.run_table.roles import StudyTable
+from hydrofdi.config.study import DetectionConfig
 from hydrofdi.detectors.rules import make_score, score_kind
 from hydrofdi.detectors.scores.configuration import CHANGE, ScoreConfig, belongs, combined_numbers
 from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores, has_extra, known_numbers
@@ -61,23 +61,17 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     computed yet are omitted.
     """
     measured = tuple(_measured(data))
-    return tuple(_design(data, measured, records, rows) for records, rows in study_designs(data))
-
-
-def study_designs(data: ExperimentData) -> Iterator[tuple[StudyRecords, NDArray[np.intp]]]:
-    """Records of each design of a stored study, and their rows in the file."""
     roles, is_there = stored_roles(data), np.asarray(data.columns[STATUS]).astype(str) != MISSING
-    for design in range(len(roles.designs)):
-        rows = np.flatnonzero((roles.design_of_run == design) & is_there)
-        yield _records(data, roles, design, rows), rows
+    runs = [np.flatnonzero((roles.design_of_run == place) & is_there) for place in range(len(roles.designs))]
+    return tuple(
+        _design(data, measured, _records(data, roles, place, rows)) for place, rows in enumerate(runs)
+    )
 
 
-def _design(
-    data: ExperimentData, measured: Sequence[Scored], records: StudyRecords, rows: NDArray[np.intp]
-) -> StudyDesign:
+def _design(data: ExperimentData, measured: Sequence[Scored], records: StudyRecords) -> StudyDesign:
     """The scores that the sensors allow; remarks name the others."""
     detection, remarks = data.experiment.detection, [*records.remarks]
-    raw = [replace(number, values=number.values[rows]) for number in measured]
+    raw = [replace(number, values=number.values[records.runs]) for number in measured]
     owned = [each for each in raw if within(each, detection.sensors)]
     numbers = [*owned, *changes_since_before(records, owned)]
     judged = [each for each in numbers if not detection.indicators or _label(each) in detection.indicators]
@@ -138,6 +132,7 @@ def _records(data: ExperimentData, roles: StudyTable, design: int, rows: NDArray
         roles.designs[design],
         remarks,
         _per_mean_flow(data, rows),
+        runs=rows,
     )
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.detectors.rules import Rules
+from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, time_needed
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve
-from hydrofdi.evaluation.rates import Rate
+from hydrofdi.evaluation.rates import HealthyPair, Rate
 from hydrofdi.evaluation.roc import Area
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable
 from hydrofdi.evaluation.threshold import Threshold
@@ -75,6 +76,10 @@ class StudyRecords:
     per_mean_flow : float
         Flow of the same leaks at `REFERENCE_DROP`, per mean leakage flow of the record: the median over the
         faulty records [-]; NaN if unknown.
+    runs : ndarray of int, shape (n_record,)
+        Rows of the records in the file of a stored study.
+    is_labelled : bool
+        Whether labels name the faults of measured records; otherwise their severities do.
     remarks : tuple of str
         Remarks on all rates of these records, such as that the draws are dependent.
     """
@@ -87,6 +92,8 @@ class StudyRecords:
     design: Mapping[str, object] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     per_mean_flow: float = float("nan")
+    is_labelled: bool = False
+    runs: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
 
     def rows(self, population: Population) -> NDArray[np.intp]:
         """Rows of the records of a population."""
@@ -96,6 +103,10 @@ class StudyRecords:
         """Scores of the records of some populations, one population after another."""
         rows = [self.rows(population) for population in populations]
         return scored.values[np.concatenate(rows)] if rows else np.empty(0)
+
+    def n_missing(self, scored: Scored, population: Population) -> int:
+        """Number of records of a population without a score."""
+        return int(np.isnan(scored.values[self.rows(population)]).sum())
 
     def chosen(self, kind: Kind, *, is_fit: bool) -> tuple[Population, ...]:
         """Populations of a kind, ascending in severity."""
@@ -131,6 +142,10 @@ class Level:
     area: Area | None
 
 
+LEAST_OF_GROUP = 5
+"""Records of a healthy group that can be compared with another; areas of fewer are 0 or 1 by chance."""
+
+
 @dataclass(frozen=True)
 class Judgement:
     """Evaluation of a score as a detector, at the threshold set by healthy fit records.
@@ -163,6 +178,8 @@ class Judgement:
         Remarks on the results.
     bounding : tuple of PodCurve
         Curves for the bounds, the most likely first; all are compared with its likelihood.
+    healthy_pairs : tuple of HealthyPair
+        Every healthy group of labelled records against every other; empty if there are no two.
     """
 
     scored: Scored
@@ -178,6 +195,7 @@ class Judgement:
     refusals: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     bounding: tuple[PodCurve, ...] = ()
+    healthy_pairs: tuple[HealthyPair, ...] = ()
 
     @property
     def keeps_its_rate(self) -> bool | None:
@@ -210,6 +228,98 @@ class Judgement:
         areas = [level.area.value for level in self.levels if level.area is not None]
         return areas[(len(areas) - 1) // 2] if areas else math.nan
 
+    @property
+    def healthy_areas(self) -> list[float]:
+        """Areas of healthy groups with enough records to be compared with each other."""
+        pairs = (each.area for each in self.healthy_pairs)
+        return [each.value for each in pairs if min(each.n_healthy, each.n_faulty) >= LEAST_OF_GROUP]
+
+    @property
+    def healthy_spread(self) -> float:
+        """Largest distance of an area of healthy groups from 1/2; NaN if none can be compared."""
+        return max((abs(area - 0.5) for area in self.healthy_areas), default=math.nan)
+
+    @property
+    def stands_clear(self) -> bool | None:
+        """Whether the area of some fault lies further above 1/2 than healthy groups lie from it.
+
+        None if unknown: without two healthy groups that can be compared.
+        """
+        if math.isnan(spread := self.healthy_spread):
+            return None
+        areas = [level.area.value - 0.5 for level in self.levels if level.area is not None]
+        return bool(comparable(max(areas, default=0.0)) > comparable(spread))
+
+
+@dataclass(frozen=True)
+class LeakDelay:
+    """The detection delay of a leak of one nominal severity.
+
+    Attributes
+    ----------
+    flow : float
+        Mean of the true leakage flows from the onset on [m³/s].
+    n_found, n : int
+        Number of leaks detected before their record ends, and of all leaks.
+    n_early : int
+        Number of false alarms before the onset; the chart restarts after each.
+    not_measurable : int
+        Number of leaks whose estimator diverged before the onset; they count as not detected.
+    watched : float
+        Time from the latest onset to the last instant [s].
+    median, late : Delay
+        Delay within which half of the leaks, and the required fraction, are detected [s].
+    """
+
+    population: Population
+    flow: float
+    n_found: int
+    n: int
+    n_early: int
+    not_measurable: int
+    watched: float
+    median: Delay
+    late: Delay
+
+
+@dataclass(frozen=True)
+class ChartJudgement:
+    """A chart at one limit.
+
+    Attributes
+    ----------
+    label, watched, rule : str
+        Label of the chart, the watched output, and the name of the chart rule.
+    centre, spread : float
+        Median and spread of the watched output in healthy fit records [unit]; NaN if there is no limit.
+    false_alarms : mapping of Population to AlarmLimit
+        False alarms at this limit of healthy test records, each shift and each confusion.
+    """
+
+    label: str
+    watched: str
+    rule: str
+    unit: str
+    false_alarm_every: float
+    centre: float = math.nan
+    spread: float = math.nan
+    limit: AlarmLimit | None = None
+    false_alarms: Mapping[Population, AlarmLimit] = field(default_factory=dict)
+    delays: tuple[LeakDelay, ...] = ()
+    refusals: tuple[str, ...] = ()
+
+    def keeps(self, population: Population) -> bool | None:
+        """Whether the false-alarm rate of a population is compatible with the requirement.
+
+        None if its records are not watched, or not long enough.
+        """
+        found = self.false_alarms.get(population)
+        if found is None:
+            return None
+        if found.high < self.false_alarm_every:
+            return False
+        return True if found.duration >= time_needed(self.false_alarm_every, found.confidence) else None
+
 
 @dataclass(frozen=True, eq=False)
 class Detection:
@@ -222,6 +332,8 @@ class Detection:
         false-alarm rate.
     remarks : tuple of str
         Remarks on all results, such as that the draws are not independent.
+    charts : tuple of ChartJudgement
+        Control charts on scores over time.
     """
 
     records: StudyRecords
@@ -229,12 +341,13 @@ class Detection:
     rules: Rules
     pareto: frozenset[str] = frozenset()
     remarks: tuple[str, ...] = ()
+    charts: tuple[ChartJudgement, ...] = ()
 
 
 _RANK_BY_RATE = {True: 0, None: 1, False: 2}
 
 
-def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
+def ranked(judgements: Sequence[Judgement], *, is_labelled: bool = False) -> tuple[Judgement, ...]:
     """Rank scores by q90/95, best first; scores that exceed their false-alarm rate come last.
 
     Ties are resolved by fewer channels. Scores without a q90/95 are ranked by the detection rate at the
@@ -242,8 +355,11 @@ def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
 
     A score that always alarms detects every leak, so scores that exceed their rate come last, after those for
     which this is unknown.
+
+    Of labelled records, scores that stand clear of their healthy groups come first; of areas with the same
+    two digits the one with the smaller healthy spread.
     """
-    return tuple(sorted(judgements, key=_place))
+    return tuple(sorted(judgements, key=_place_by_control if is_labelled else _place))
 
 
 def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
@@ -252,6 +368,17 @@ def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
     second = float(len(judgement.scored.channels)) if math.isfinite(found) else -_largest_rate(judgement)
     kept = _RANK_BY_RATE[judgement.keeps_its_rate]
     return kept, found, second, -suspicion, judgement.scored.name
+
+
+def _place_by_control(judgement: Judgement) -> tuple[bool, bool, float, float, float, str]:
+    return (
+        judgement.stands_clear is False,
+        judgement.keeps_its_rate is False,
+        comparable(found_from(judgement)),
+        -round(0.0 if math.isnan(judgement.middle_area) else judgement.middle_area, 2),
+        max(0.0, comparable(judgement.healthy_spread)),  # NaN counts as 0
+        judgement.scored.name,
+    )
 
 
 def _largest_rate(judgement: Judgement) -> float:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.scores import Array, Kind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT
-from hydrofdi.studies.reading import study_designs
 from hydrofdi.studies.records import StudyRecords
 
 TRUTHS = {"internal_coefficient": LEAKAGE_COEFFICIENT, "bulk_modulus": BULK_MODULUS}
@@ -64,64 +61,45 @@ class Estimates:
         Estimates without a stated standard deviation, which are not evaluated.
     """
 
-    records: StudyRecords
     judgements: tuple[EstimateJudgement, ...]
     confidence: float
     has_constant_leaks: bool = True
     without_deviation: tuple[str, ...] = ()
 
 
-def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
-    """Evaluate every estimate of every design of a stored study, on test records and shifts.
+def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
+    """Evaluate every estimate of a design of a stored study, on test records and shifts.
 
     Leaks with a later onset are excluded, and so is β if it is not constant: such records have no single true
     value.
     """
     confidence = data.experiment.detection.confidence
     is_constant = data.experiment.leakage.onset == "constant"
-    without = tuple(name for name in _estimates(data) if f"{name}{ERROR}" not in data.columns)
-    return tuple(
-        Estimates(records, tuple(_judged(data, records, rows, confidence)), confidence, is_constant, without)
-        for records, rows in study_designs(data)
-    )
-
-
-def _estimates(data: ExperimentData) -> Iterator[str]:
-    """Names of the estimates whose true values are in the file."""
+    populations = {
+        each.name: records.rows(each)
+        for kind in (Kind.HEALTHY, Kind.SHIFT)
+        for each in records.chosen(kind, is_fit=False)
+    }
+    if is_constant and (faults := records.chosen(Kind.FAULT, is_fit=False)):
+        populations[FAULTS] = np.sort(np.concatenate([*map(records.rows, faults)]))
+    judged, without = [], []
     for name in data.columns:
         label, _, quantity = name.rpartition(".")
         has_truth = quantity == "internal_coefficient" or data.experiment.fluid.is_constant
-        if label and quantity in TRUTHS and has_truth:
-            yield name
-
-
-def _judged(
-    data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], confidence: float
-) -> Iterator[EstimateJudgement]:
-    populations = dict(_populations(records))
-    if data.experiment.leakage.onset != "constant":
-        populations.pop(FAULTS, None)
-    for name in _estimates(data):
-        label, _, quantity = name.rpartition(".")
-        stated = data.columns.get(f"{name}{ERROR}")
-        if stated is None:
+        if not label or quantity not in TRUTHS or not has_truth:
             continue
-        truth = np.asarray(data.columns[TRUTHS[quantity]][rows], dtype=float)
-        estimate = np.asarray(data.columns[name][rows], dtype=float)
+        if (stated := data.columns.get(f"{name}{ERROR}")) is None:
+            without.append(name)
+            continue
+        columns = (data.columns[TRUTHS[quantity]], data.columns[name], stated)
+        truth, estimate, deviation = (np.asarray(own[records.runs], dtype=float) for own in columns)
         scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
-        error, deviation = (estimate - truth) / scale, np.asarray(stated[rows], dtype=float) / scale
-        for population, own in populations.items():
-            yield _judgement(label, quantity, population, error[own], deviation[own], confidence)
-
-
-def _populations(records: StudyRecords) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Population name → its records; leaks of all sizes are combined."""
-    for kind in (Kind.HEALTHY, Kind.SHIFT):
-        for population in records.chosen(kind, is_fit=False):
-            yield population.name, records.of_record == records.populations.index(population)
-    faults = [records.populations.index(each) for each in records.chosen(Kind.FAULT, is_fit=False)]
-    if faults:
-        yield FAULTS, np.isin(records.of_record, faults)
+        error, deviation = (estimate - truth) / scale, deviation / scale
+        judged += [
+            _judgement(label, quantity, population, error[rows], deviation[rows], confidence)
+            for population, rows in populations.items()
+        ]
+    return Estimates(tuple(judged), confidence, is_constant, tuple(without))
 
 
 def _judgement(

@@ -118,13 +118,13 @@ def test_an_evaluation_in_memory_is_that_of_the_command(files):
     made = hydrofdi.evaluate(BOTH, label=LABELS, sampling_frequency=RATE, **given)
     assert hydrofdi.evaluate(files, **given).to_dict() == told
     keys = ("indicator", "direction", "unit", "refusals")
-    assert [[each[key] for key in keys] for each in made.to_dict()["scores"]] == [
-        [each[key] for key in keys] for each in told["scores"]
+    assert [[each[key] for key in keys] for each in made.to_dict()["detection"]] == [
+        [each[key] for key in keys] for each in told["detection"]
     ]
     frame = made.to_pandas()
-    found = frame[(frame.score == made.best) & (frame.population == "leaking")].iloc[0]
+    found = frame[(frame.indicator == made.best) & (frame.population == "leaking")].iloc[0]
     assert (found.alarms, found.n, found.auc) == (40, 40, 1.0)
-    assert found.rate_low < found.rate == 1.0
+    assert found.low < found.rate == 1.0
     assert made.best in made._repr_html_()
     with pytest.raises(hydrofdi.HydrofdiError, match="label: state the condition of each record"):
         hydrofdi.evaluate(BOTH, sampling_frequency=RATE)
@@ -204,5 +204,5 @@ def test_the_scores_are_drawn_with_limits_if_there_are_any(n_healthy):
     assert not has_limits or found.plot("roc").axes
     with pytest.raises(ReportError, match="densities"):
         found.plot("density")
-    empty = replace(found, detection=replace(found.detection, judgements=()), healthy_pairs={})
+    empty = replace(found, detection=replace(found.detection, judgements=()))
     assert (len(empty.table), len(empty.pairs), empty.best) == (0, 0, "")

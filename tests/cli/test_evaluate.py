@@ -3,17 +3,15 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from hydrofdi.api.evaluation import ranked_by_control
 from hydrofdi.detectors.rules import Rules, make_score
-from hydrofdi.evaluation.rates import healthy_against_healthy
 from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population
-from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored, StudyRecords
 from tests.commands import run, run_json
@@ -66,24 +64,30 @@ def small_rig(tmp_path_factory):
 
 
 def by_name(evaluation):
-    return {score["indicator"]: score for score in evaluation["scores"]}
+    return {score["indicator"]: score for score in evaluation["detection"]}
+
+
+def sizes(evaluation):
+    (study,) = evaluation["studies"]
+    return {each["population"]: each["n"] for each in study["populations"]}
 
 
 def test_labels_and_groups_become_areas_alarms_and_detections(rig):
     done = run_json("evaluate", rig / "rig.yaml", "--false-alarm-rate", "5%")
-    assert (done["records"], done["rejected"], done["false_alarm_rate_set"]) == (450, 0, 0.05)
+    assert (done["records"], done["rejected"]) == (450, 0)
+    assert done["studies"][0]["false_alarm_rate_set"] == 0.05
     assert done["groups"] == [f"unit {unit}" for unit in range(6)]
-    assert {each["label"]: (each["is_healthy"], each["n"]) for each in done["populations"]} == {
-        "healthy": (True, 150), "small": (False, 150), "large": (False, 150),
-    }  # fmt: skip
+    assert sizes(done) == {"healthy": 150, "small": 150, "large": 150}
+    kinds = {each["population"]: each["kind"] for each in done["studies"][0]["populations"]}
+    assert kinds == {"healthy": "healthy", "small": "fault", "large": "fault"}
     d2 = by_name(done)["dwt.d2"]
-    areas = {area["label"]: area for area in d2["auc"]}
+    areas = {area["population"]: area for area in d2["auc"]}
     assert (areas["large"]["value"], areas["large"]["low"]) == (1.0, pytest.approx(0.69, abs=0.01))  # 6 units
     assert 0.7 < areas["small"]["low"] < areas["small"]["value"] < areas["small"]["high"] < 0.9
     (alarms,) = d2["false_alarms"]
-    assert (alarms["label"], alarms["n"]) == ("healthy", 150)
+    assert (alarms["population"], alarms["n"]) == ("healthy", 150)
     assert alarms["low"] < 0.05 < alarms["high"]
-    detected = {each["label"]: each["alarms"] for each in d2["detected"]}
+    detected = {each["population"]: each["detected"] for each in d2["pod"]}
     assert detected["large"] == 150 > detected["small"] > 0
     assert d2["q90_95_L_per_min"] is None
     assert len(d2["healthy_against_healthy"]) == 30
@@ -99,13 +103,13 @@ def test_units_that_differ_as_much_as_faults_are_the_conclusion(small_rig, tmp_p
     assert score["false_alarms"][0]["high"] > 0.5
     areas = [pair["value"] for pair in score["healthy_against_healthy"]]
     assert max(areas) == 1.0 - min(areas) == 1.0
-    assert {score["stands_clear"] for score in done["scores"]} == {False}
+    assert {score["stands_clear"] for score in done["detection"]} == {False}
     assert done["conclusion"].startswith("only the unit or the day was detected")
     page = run(*asked, check=0).stdout
     assert page.index("Only the unit or the day was detected") < page.index("~ dwt.d1")
 
     done = run_json("evaluate", small_rig / "rig.yaml", *ASKED)
-    clear = {score["indicator"]: score["stands_clear"] for score in done["scores"]}
+    clear = {score["indicator"]: score["stands_clear"] for score in done["detection"]}
     assert clear["dwt.d1"] is True
     assert clear["dwt.a5"] is False, "approximations carry the mean, which no leak here moves"
     assert sorted(clear.values(), reverse=True) == list(clear.values()), "clear ones come first"
@@ -122,8 +126,8 @@ def test_records_that_are_rejected_repeated_or_without_numbers_are_counted_with_
     done = run("evaluate", tmp_path / "rig.yaml", "--json", check=1)
     record = json.loads(done.stdout)
     assert (record["records"], record["repeated"], record["rejected"]) == (22, 3, 1)
-    assert {each["label"]: each["n"] for each in record["populations"]}["healthy"] == 6
-    assert record["scores"][0]["without_number"] == {"large": 3}
+    assert sizes(record)["healthy"] == 6
+    assert record["detection"][0]["without_number"] == {"large": 3}
     assert "unit 1/sound 9.csv repeats unit 0/sound 0.csv" in done.stderr
     assert "rejected: 1 of 22 records; unit 0/sound 8.csv.gz" in done.stderr
     page = run("evaluate", tmp_path / "rig.yaml", *ASKED, check=1).stdout
@@ -148,9 +152,8 @@ def test_without_groups_the_split_is_said_and_the_same_each_time(small_rig):
     arguments = "evaluate", small_rig / "plain.yaml", "--healthy", "sound", "--false-alarm-rate", "5%"
     first, second = run_json(*arguments), run_json(*arguments)
     assert first == second
-    assert any("random halves (seed 0)" in remark for remark in first["remarks"])
-    sizes = {each["label"]: each["n"] for each in first["populations"]}
-    assert (sizes["healthy (fit)"], sizes["healthy"]) == (24, 24)
+    assert any("random halves (seed 0)" in remark for remark in first["studies"][0]["remarks"])
+    assert (sizes(first)["healthy (fit)"], sizes(first)["healthy"]) == (24, 24)
     assert by_name(first)["dwt.d2"]["false_alarms"][0]["n"] == 24
     assert by_name(first)["dwt.d2"]["healthy_against_healthy"] == []
 
@@ -178,8 +181,8 @@ def test_results_of_a_sweep_are_evaluated_by_their_labels(tmp_path):
     )
     run("sweep", "leaks.yaml", "--engine", "in-process", cwd=tmp_path, check=0)
     done = run_json("evaluate", "results/leaks", "--healthy", "sealed, 551 MPa", cwd=tmp_path)
-    assert [each["n"] for each in done["populations"]] == [1, 0, 1]
-    assert all(score["threshold"] is None for score in done["scores"])
+    assert [*sizes(done).values()] == [1, 0, 1]
+    assert all(score["threshold"] is None for score in done["detection"])
 
 
 @needs_vtnsi
@@ -187,9 +190,10 @@ def test_the_vtnsi_records_carry_no_rate(tmp_path):
     (tmp_path / "vtnsi").symlink_to(VTNSI)
     shutil.copy(REPOSITORY / "configs" / "measured" / "vtnsi.yaml", tmp_path)
     done = run_json("evaluate", tmp_path / "vtnsi.yaml")
-    assert {each["label"]: each["n"] for each in done["populations"]} == {"healthy": 40, "Leak": 30}
-    assert any("no group has both healthy and faulty records" in remark for remark in done["remarks"])
-    for score in done["scores"]:
+    assert sizes(done) == {"healthy": 40, "Leak": 30}
+    remarks = done["studies"][0]["remarks"]
+    assert any("no group has both healthy and faulty records" in remark for remark in remarks)
+    for score in done["detection"]:
         assert score["threshold"] is None
         assert any("healthy records, not 40" in refusal for refusal in score["refusals"])
         (area,) = score["auc"]
@@ -202,7 +206,7 @@ def test_detections_are_held_back_if_no_healthy_group_could_be_tested(tmp_path):
     (tmp_path / "rig.yaml").write_text(GROUPED + "severity: {small: 0.1 L/min, large: 0.5 L/min}\n")
     score = by_name(run_json("evaluate", tmp_path / "rig.yaml", "--false-alarm-rate", "5%"))["dwt.d2"]
     assert score["threshold"]["n"] == 24
-    assert score["false_alarms"] == score["detected"] == []
+    assert score["false_alarms"] == score["pod"] == []
     assert score["q90_95_L_per_min"] is None
     assert any("no healthy record was tested" in each for each in score["refusals"])
 
@@ -211,23 +215,18 @@ def test_of_equal_areas_the_quieter_control_comes_first():
     groups = tuple(f"unit {unit}" for unit in range(2) for _ in range(10)) + ("unit 0",) * 10
     healthy, leaking = Population("healthy", Kind.HEALTHY, is_fit=True), Population("leak", Kind.FAULT)
     of_record = np.repeat([0, 1], [20, 10])
-    records = StudyRecords((healthy, leaking), of_record, np.repeat([0.0, np.nan], [20, 10]), groups=groups)
+    severity = np.repeat([0.0, np.nan], [20, 10])
+    records = StudyRecords((healthy, leaking), of_record, severity, groups=groups, is_labelled=True)
     ramp = np.arange(10.0)
     moved = np.concatenate([ramp, ramp + 4.0, ramp + 100.0])
     quiet = np.concatenate([ramp, ramp + 0.5, ramp + 100.0])
     scores = [Scored(name, values, (), "1", "", Direction.RISING) for name, values in
               (("a_moved", moved), ("z_quiet", quiet))]  # fmt: skip
-    judgements = detect(records, scores, Rules()).judgements
-    assert [each.scored.name for each in judgements] == ["a_moved", "z_quiet"]
-    pairs = {
-        each.name: healthy_against_healthy(
-            each.values[:20],
-            groups[:20],
-            lambda own: quantile_threshold(own, 0.2, direction=Direction.RISING),
-        )
-        for each in scores
-    }
-    assert [each.scored.name for each in ranked_by_control(judgements, pairs)] == ["z_quiet", "a_moved"]
+    rules = Rules(false_alarm_rate=0.2)
+    found = [each.scored.name for each in detect(records, scores, rules).judgements]
+    assert found == ["z_quiet", "a_moved"]
+    found = detect(replace(records, is_labelled=False), scores, rules).judgements
+    assert [each.scored.name for each in found] == ["a_moved", "z_quiet"]
 
 
 def test_mistakes_of_a_description_have_their_line(rig):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.change_point import FEWEST, ChangePointModel, inliers
-from hydrofdi.evaluation.courses import LAWS, Draws, Estimate, grown
+from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, Estimate, grown, inliers
 from tests.evaluation import wear
 from tests.evaluation.repeats import holds_at_least, holds_in
 

@@ -15,8 +15,8 @@ from hydrofdi.evaluation.pod import Tally, interpolated_level, lack_of_fit, prob
 from hydrofdi.evaluation.roc import Area, area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population, comparable
 from hydrofdi.evaluation.threshold import quantile_threshold, records_needed
-from hydrofdi.report.axes import fifths
-from hydrofdi.report.intervals import clustered_share, rank_correlation, wilson_interval
+from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval
+from hydrofdi.report.responses import fifths, rank_correlation
 from hydrofdi.studies.judging import detectability
 from hydrofdi.studies.parts import Notes, Part
 from hydrofdi.studies.records import Judgement, Level, Scored, ranked

@@ -11,8 +11,7 @@ import pytest
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
-from hydrofdi.papers.maddahi2015.conclusions import alarm_verdicts
-from hydrofdi.papers.maddahi2015.report import StudyReport
+from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts
 from hydrofdi.report import runs
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.store.experiment_data import ExperimentData

@@ -10,11 +10,9 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.report.composition import Report
 from hydrofdi.report.figures import draw_all, write_figure
-from hydrofdi.report.forms.page import write_all_forms
-from hydrofdi.report.record import render_json
+from hydrofdi.report.forms.page import render_json, write_all_forms
 from hydrofdi.store.folder.provenance import write_request
 from tests.commands import run_hydrofdi, run_json
 from tests.conftest import SMALL, sweep_in
@@ -115,15 +113,6 @@ def test_without_experiment_file_the_shards_are_reported(half_done):
     before = found()
     (half_done / "half.h5").unlink()
     assert before == found() != []
-
-
-def test_an_experiment_without_any_result_is_all_holes(half_done):
-    (half_done / "half.h5").unlink()
-    for shard in (half_done / "shards").iterdir():
-        shard.unlink()
-    analysis = StudyReport(read_results(half_done))
-    assert {*analysis.table.texts("status")} == {"missing"}
-    assert {result.reproduced for result in analysis.claims} == {None}
 
 
 GENERAL = """\

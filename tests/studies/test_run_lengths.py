@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from hydrofdi.config.study.study import OnlineConfig, WatchedChart
+from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.studies.charts import Traces, judge_chart

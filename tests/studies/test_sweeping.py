@@ -166,9 +166,12 @@ def data(tmp_path_factory):
     return read_results(folder / "results")
 
 
+def estimates(data):
+    return judge_estimates(data, read_study(data)[0].records)
+
+
 def judged(data):
-    (estimates,) = judge_estimates(data)
-    return {(each.quantity, each.population): each for each in estimates.judgements}
+    return {(each.quantity, each.population): each for each in estimates(data).judgements}
 
 
 def with_columns(data, **changed):
@@ -229,7 +232,7 @@ def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
     leakage = data.experiment.leakage.model_copy(update={"onset": "step", "onset_time": 2.0})
     later = replace(data, experiment=data.experiment.model_copy(update={"leakage": leakage}))
     assert {population for _, population in judged(later)} == {"healthy", "stiffer"}
-    (sheet,) = estimates_block(judge_estimates(later)[0]).tables
+    (sheet,) = estimates_block(estimates(later)).tables
     assert "Faults are left out: leaks set in during the record" in sheet.notes[0]
-    (sheet,) = estimates_block(judge_estimates(data)[0]).tables
+    (sheet,) = estimates_block(estimates(data)).tables
     assert "left out" not in sheet.notes[0]

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.request import OBSERVATION, RunRequest, replace_fields
+from hydrofdi.config.run_table.roles import StudyTable, populations, study_points, study_table
 from hydrofdi.config.run_table.runs import NONE, Frame, Runs, SectionPool
 from hydrofdi.config.sections.machine import LeakageConfig
 from hydrofdi.config.shown_values import shown_values
-from hydrofdi.config.study.study import StudyConfig
-from hydrofdi.config.study.table import StudyTable, populations, study_points, study_table
+from hydrofdi.config.study import StudyConfig
 from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
 from hydrofdi.config.sweeps.sweep import distinct_rows
 from hydrofdi.errors import ConfigError, Issue

@@ -4,6 +4,11 @@ A check is a number of percentage points, its *margin*: how far a single δ that
 it turns. It holds if the margin is above zero. Where the margin is a difference of two δ, both may move at
 once, and half of it is enough: that is its *allowance*. q1 < q2 < q3 are the leakages, β0 is the normal EBM.
 
+A *scenario* is one set of values of everything that varies besides leakage and EBM: an experiment without
+such parameters has a single scenario, an ensemble has thousands. Checks are evaluated on all of them, and on
+all start phases, at once. The sentences of the paper compare modes that share a leakage or an EBM; runs whose
+leakage or EBM is drawn from a range share none and form no grid.
+
 The decimated transform keeps every 2^j-th coefficient, so that what it says depends on the sample that the
 record starts at. A conclusion from one phase is none: here each is counted over all of them. Settled records
 are measured by the undecimated transform, free of boundaries; its mean square is the mean over the phases.
@@ -14,97 +19,221 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.papers.maddahi2015.grid import ABSENT, Mode, ModeGrid
-from hydrofdi.report.runs import Array, baseline_changes, best_levels
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.report.runs import (
+    Array,
+    RunTable,
+    baseline_changes,
+    best_levels,
+    external_coefficients,
+    label_names,
+    normal_bulk_modulus,
+)
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
+ABSENT = -1
+"""Position of a run that the experiment does not ask for."""
+
+_FEW_CELLS, _CELLS_PER_RUN = 10_000, 4
+"""A grid has few cells in all, or few for each of its runs."""
+
 D2, D3 = 1, 2
 """Positions of the two levels that the sentences are about."""
+
+Mode = tuple[int, int]
+"""Positions of a leakage and of an EBM in a grid."""
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ModeGrid:
+    """The modes of an experiment over scenarios, leakages and EBM.
+
+    Attributes
+    ----------
+    scenarios : tuple of dict
+        Varied parameter → value in SI, for each scenario.
+    leakage_flows : tuple of float
+        Leakage levels [m³/s], ascending, without the sealed one; at the normal EBM where K_i itself is given.
+    positions : ndarray of int, shape (n_scenario, 1 + n_leakage, n_bulk_modulus)
+        Rows of the runs in the experiment, the sealed ones first; ``ABSENT`` if there is none.
+    lack : str
+        Why there are no modes to compare, as a sentence: it then holds a single run.
+    """
+
+    scenarios: tuple[dict[str, Any], ...]
+    leakage_flows: tuple[float, ...]
+    bulk_moduli: tuple[float, ...]
+    normal: int
+    positions: NDArray[np.int64]
+    lack: str = ""
+
+    def modes(self, leakage: int | None = None, bulk_modulus: int | None = None) -> list[Mode]:
+        """The leaky modes that all scenarios contain; all, or those of one leakage or EBM."""
+        planned = np.argwhere((self.positions[:, 1:] > ABSENT).all(axis=0)).tolist()
+        return [(q, b) for q, b in planned if leakage in (None, q) and bulk_modulus in (None, b)]
+
+    @property
+    def raised(self) -> list[int]:
+        """Positions of the β above the normal one."""
+        return list(range(self.normal + 1, len(self.bulk_moduli)))
+
+    def leaky(self, delta: Array) -> Array:
+        """δ of all runs, (..., n_run, n_level), by scenario, leakage and EBM; NaN where a run is absent."""
+        positions = self.positions[:, 1:]
+        found: Array = np.where((positions == ABSENT)[..., None], np.nan, delta[..., positions, :])
+        return found
+
+
+def leaks_out_more(data: ExperimentData) -> Mask:
+    """Whether the chambers of each run leak more than those of its healthy run; scenarios count as they are.
+
+    Modes are combinations of internal leakage and EBM; additional external leakage is another fault.
+    """
+    coefficients = external_coefficients(data)
+    healthy = coefficients[np.maximum(data.matched_baseline, 0)]
+    is_compared = (data.matched_baseline != names.NO_BASELINE) & (not data.experiment.has_scenarios)
+    more: Mask = is_compared & (coefficients != healthy).any(axis=1)
+    return more
+
+
+def arrange_modes(data: ExperimentData) -> ModeGrid:
+    """The grid of an experiment."""
+    kept = np.flatnonzero(~leaks_out_more(data))
+    scenarios, moduli, places = _axes(data, kept)
+    if lack := _lack(data, tuple(int(of_axis.max()) + 1 for of_axis in places), len(kept)):
+        kept = np.array([max(0, data.fixed_baseline[0])])
+        scenarios, moduli, places = _axes(data, kept)
+    positions = np.full([int(of_axis.max()) + 1 for of_axis in places], ABSENT)
+    positions[places] = kept
+    # what differs in the leak alone, such as its law, is the same once the actuator is sealed
+    for scenario, _, beta in np.argwhere(positions[:, :1] == ABSENT):
+        leaky = positions[scenario, 1:, beta]
+        if (leaky != ABSENT).any():
+            positions[scenario, 0, beta] = data.matched_baseline[leaky[leaky != ABSENT][0]]
+    normal = 0 if lack else moduli.index(normal_bulk_modulus(data))
+    planned = [(leaky[normal], *leaky[leaky != ABSENT]) for leaky in positions[0, 1:]]
+    first = [next(row for row in rows if row != ABSENT) for rows in planned]
+    flows = tuple(RunTable(data, np.array(first, dtype=int), ()).leakage_flows.tolist())
+    return ModeGrid(tuple(scenarios), flows, tuple(moduli), normal, positions, lack)
+
+
+def _axes(
+    data: ExperimentData, kept: NDArray[np.int64]
+) -> tuple[list[dict[str, Any]], list[float], tuple[NDArray[np.int64], ...]]:
+    """Scenarios and β, and where runs lie: indices along scenario, leakage and EBM."""
+    values = {name: np.array(data.values(name), dtype=object)[kept].tolist() for name in label_names(data)}
+    labels = [name for name in values if len(kept) == data.n_run or len(set(values[name])) > 1]
+    found = list(zip(*(values[name] for name in labels), strict=True)) or [()] * len(kept)
+    order = {scenario: place for place, scenario in enumerate(dict.fromkeys(found))}
+    _, leakage = np.unique([0.0, *data.leakage_requests[kept]], return_inverse=True)
+    moduli, modulus = np.unique(data.columns[names.BULK_MODULUS][kept], return_inverse=True)
+    places = (np.array([order[scenario] for scenario in found]), leakage[1:], modulus)
+    return [dict(zip(labels, each, strict=True)) for each in order], moduli.tolist(), places
+
+
+def _lack(data: ExperimentData, shape: tuple[int, ...], n_run: int) -> str:
+    """Why an experiment has no grid of modes; empty if it has one."""
+    if (data.fixed_baseline == names.NO_BASELINE).all():
+        return "Without a healthy run to compare with, the claims are not evaluated."
+    drawn = data.experiment.sweep.drawn | data.experiment.ensemble.drawn
+    is_drawn = drawn & {"fluid.bulk_modulus", *INTERNAL_LEAKAGE_FORMS}
+    if not is_drawn and np.prod(shape) <= max(_FEW_CELLS, _CELLS_PER_RUN * n_run):
+        return ""
+    return (
+        "Leakage and EBM do not form a grid of modes: they are drawn from a range, or too few runs share"
+        " them. The claims are not evaluated."
+    )
 
 
 class Check(NamedTuple):
     """A check: the modes that it looks at, and in each scenario its margin and its allowance.
 
-    Both in percentage points, shape (n_scenario,); NaN if a run is missing or failed, or does not move.
+    Both in percentage points, shape (..., n_scenario); NaN if a run is missing or failed, or does not move.
     """
 
-    modes: tuple[Mode, ...]
+    modes: Sequence[Mode]
     margin: Array
     allowance: Array
 
 
-def _check(modes: Iterable[Mode], size: Array | float = np.inf, lead: Array | float = np.inf) -> Check:
+def _check(modes: Sequence[Mode], size: Array | float = np.inf, lead: Array | float = np.inf) -> Check:
     """How far a δ is on the right side of zero, or of another δ."""
-    return Check(tuple(modes), np.minimum(size, lead), np.minimum(size, 0.5 * lead))
+    return Check(modes, np.minimum(size, lead), np.minimum(size, 0.5 * lead))
 
 
-def _leads(grid: ModeGrid, mode: Mode, level: int) -> Check:
-    """One level above zero and above all others."""
-    delta = grid.leaky[:, mode[0], mode[1]]
-    others = np.delete(delta, level, axis=-1)
-    return _check([mode], delta[:, level], delta[:, level] - others.max(axis=-1))
+def _leads(delta: Array, modes: Iterable[Mode], level: int) -> list[Check]:
+    """In each mode, one level above zero and above all others."""
+    own = [(mode, delta[..., mode[0], mode[1], :]) for mode in modes]
+    return [
+        _check([mode], each[..., level], each[..., level] - np.delete(each, level, axis=-1).max(axis=-1))
+        for mode, each in own
+    ]
 
 
-def _d2_is_most_sensitive(grid: ModeGrid) -> list[Check]:
-    return [_leads(grid, mode, D2) for mode in grid.modes(bulk_modulus=grid.normal)]
+def _d2_is_most_sensitive(grid: ModeGrid, delta: Array) -> list[Check]:
+    return _leads(delta, grid.modes(bulk_modulus=grid.normal), D2)
 
 
-def _d2_grows_with_leakage(grid: ModeGrid) -> list[Check]:
+def _d2_grows_with_leakage(grid: ModeGrid, delta: Array) -> list[Check]:
     modes = grid.modes(bulk_modulus=grid.normal)
-    delta = grid.leaky[:, [q for q, _ in modes], grid.normal, D2]
-    return [_check(modes, lead=np.diff(delta, axis=1).min(axis=1))] if len(modes) > 1 else []
+    own = delta[..., [q for q, _ in modes], grid.normal, D2]
+    return [_check(modes, lead=np.diff(own).min(axis=-1))] if len(modes) > 1 else []
 
 
-def _d2_falls_with_bulk_modulus(grid: ModeGrid) -> list[Check]:
-    checks = []
-    for leakage in range(len(grid.leakage_flows)):
-        modes = grid.modes(leakage=leakage)
-        if len(modes) > 1:
-            delta = grid.leaky[:, leakage, [b for _, b in modes], D2]
-            checks.append(_check(modes, lead=-np.diff(delta, axis=1).max(axis=1)))
-    return checks
+def _d2_falls_with_bulk_modulus(grid: ModeGrid, delta: Array) -> list[Check]:
+    by_leakage = [grid.modes(leakage=leakage) for leakage in range(len(grid.leakage_flows))]
+    return [
+        _check(modes, lead=-np.diff(delta[..., leakage, [b for _, b in modes], D2]).max(axis=-1))
+        for leakage, modes in enumerate(by_leakage)
+        if len(modes) > 1
+    ]
 
 
-def _d3_leads_above_normal(grid: ModeGrid) -> list[Check]:
-    return [_leads(grid, mode, D3) for mode in grid.modes() if mode[1] > grid.normal]
+def _d3_leads_above_normal(grid: ModeGrid, delta: Array) -> list[Check]:
+    return _leads(delta, [mode for mode in grid.modes() if mode[1] > grid.normal], D3)
 
 
-def _d3_alone_is_positive(grid: ModeGrid) -> list[Check]:
+def _d3_alone_is_positive(grid: ModeGrid, delta: Array) -> list[Check]:
     modes = [mode for mode in grid.modes(leakage=0) if mode[1] > grid.normal]
-    deltas = [grid.leaky[:, q, b] for q, b in modes]
-    sizes = [np.minimum(d[:, D3], -np.delete(d, D3, axis=-1).max(axis=-1)) for d in deltas]
-    return [_check([mode], size) for mode, size in zip(modes, sizes, strict=True)]
+    own = [(mode, delta[..., mode[0], mode[1], :]) for mode in modes]
+    return [
+        _check([mode], np.minimum(each[..., D3], -np.delete(each, D3, axis=-1).max(axis=-1)))
+        for mode, each in own
+    ]
 
 
-def _no_level_is_always_largest(grid: ModeGrid) -> list[Check]:
+def _no_level_is_always_largest(grid: ModeGrid, delta: Array) -> list[Check]:
     modes = grid.modes()
     if len(modes) < 2:
         return []
-    size = np.abs(np.stack([grid.leaky[:, q, b] for q, b in modes], axis=1))
+    size = np.abs(np.stack([delta[..., q, b, :] for q, b in modes], axis=-2))
     shortfalls = [
-        (np.delete(size, level, axis=-1).max(axis=-1) - size[..., level]).max(axis=1)
-        for level in range(grid.n_level)
+        (np.delete(size, level, axis=-1).max(axis=-1) - size[..., level]).max(axis=-1)
+        for level in range(size.shape[-1])
     ]
     return [_check(modes, lead=np.min(shortfalls, axis=0))]
 
 
 class Claim(NamedTuple):
-    """A sentence of the paper, the rule that is checked, and the checks that a grid allows."""
+    """A sentence of the paper, the rule that is checked, and the checks of δ of the leaky modes."""
 
     id: str
     sentence: str
     rule: str
-    checks_of: Callable[[ModeGrid], list[Check]]
+    checks_of: Callable[[ModeGrid, Array], list[Check]]
 
-    def checks(self, grid: ModeGrid) -> list[Check]:
-        """The checks; none with fewer than three levels."""
-        return self.checks_of(grid) if grid.n_level > D3 else []
+    def checks(self, grid: ModeGrid, delta: Array) -> list[Check]:
+        """The checks that a grid allows; none with fewer than three levels."""
+        return self.checks_of(grid, grid.leaky(delta)) if delta.shape[-1] > D3 else []
 
 
 CLAIMS = (
@@ -156,45 +285,43 @@ class ClaimResult:
     checks: list[Check]
     scenarios: Sequence[int]
 
-    def _decided(self, quantity: str) -> Array:
-        """Margins or allowances of all checks that are decided."""
-        found = [getattr(check, quantity)[self.scenarios] for check in self.checks]
-        numbers = np.concatenate(found) if found else np.empty(0)
-        return numbers[~np.isnan(numbers)]
-
     @property
     def reproduced(self) -> bool | None:
         """Whether all checks hold; None if that is not decided, or there is nothing to check."""
-        margins = self._decided("margin")
-        if (margins <= 0.0).any():
+        if self.margin <= 0.0:
             return False
-        return True if 0 < margins.size == len(self.checks) * len(self.scenarios) else None
+        is_open = any(np.isnan(each.margin[self.scenarios]).any() for each in self.checks)
+        return True if self.margin > 0.0 and not is_open else None
 
     @property
     def margin(self) -> float:
-        """The smallest margin of the checks that are decided; NaN if there is none."""
-        return min(self._decided("margin").tolist(), default=float("nan"))
+        """The smallest margin of the checks that are decided [percentage points]; NaN if there is none."""
+        return self._least([each.margin for each in self.checks])
 
     @property
     def allowance(self) -> float:
-        """The smallest allowance of the checks that are decided; NaN if there is none."""
-        return min(self._decided("allowance").tolist(), default=float("nan"))
+        """The smallest allowance of the checks that are decided [percentage points]; NaN if there is none."""
+        return self._least([each.allowance for each in self.checks])
+
+    def _least(self, numbers: list[Array]) -> float:
+        found = [value for each in numbers for value in each[self.scenarios].tolist()]
+        return min((value for value in found if not math.isnan(value)), default=math.nan)
 
 
-def claim_margins(grid: ModeGrid) -> dict[str, Array]:
-    """Claim → its margin in every scenario, the smallest of its checks; NaN if it is not decided."""
-    found = {claim.id: [check.margin for check in claim.checks(grid)] for claim in CLAIMS}
-    undecided = np.full(len(grid.scenarios), np.nan)
+def claim_margins(grid: ModeGrid, delta: Array) -> dict[str, Array]:
+    """Claim → the smallest margin of its checks of δ, (..., n_run, n_level): (..., n_scenario).
+
+    NaN where a claim is not decided.
+    """
+    found = {claim.id: [check.margin for check in claim.checks(grid, delta)] for claim in CLAIMS}
+    undecided = np.full((*delta.shape[:-2], len(grid.scenarios)), np.nan)
     return {name: np.min(margins, axis=0) if margins else undecided for name, margins in found.items()}
 
 
-def alarms(delta: Array) -> NDArray[np.bool_]:
+def alarms(delta: Array) -> Mask:
     """Whether the d3 rule alarms: all δ are known, and δd3 is positive and the largest."""
-    found: NDArray[np.bool_] = (best_levels(delta) == D3) & np.isfinite(delta).all(axis=-1)
+    found: Mask = (best_levels(delta) == D3) & np.isfinite(delta).all(axis=-1)
     return found
-
-
-Mask = NDArray[np.bool_]
 
 
 class Outcome(NamedTuple):
@@ -227,8 +354,9 @@ class Outcome(NamedTuple):
 class Standing:
     """One way to look at the records: as configured, or settled.
 
-    `fixed` and `matched` are δ of all runs at each start phase [%], shape (n_phase, n_run, n_level); `grid`
-    contains those of the configured phase, or of the undecimated transform, and `shown` the same of all runs.
+    `shown` is δ of all runs against the fixed baseline at the configured phase, or of the undecimated
+    transform [%], shape (n_run, n_level); `fixed` and `matched` are δ against either at each start phase,
+    (n_phase, n_run, n_level).
     """
 
     title: str
@@ -236,10 +364,16 @@ class Standing:
     shown: Array
     fixed: Array
     matched: Array
-    margins: dict[str, Array]
-    """Claim → margin [percentage points], shape (n_scenario,)."""
-    phase_margins: dict[str, Array]
-    """Claim → margin at each start phase, shape (n_phase, n_scenario)."""
+
+    @cached_property
+    def margins(self) -> dict[str, Array]:
+        """Claim → margin of what is shown [percentage points], shape (n_scenario,)."""
+        return claim_margins(self.grid, self.shown)
+
+    @cached_property
+    def phase_margins(self) -> dict[str, Array]:
+        """Claim → margin at each start phase, shape (n_phase, n_scenario)."""
+        return claim_margins(self.grid, self.fixed)
 
     @property
     def n_phase(self) -> int:
@@ -277,7 +411,7 @@ class Standing:
 
     def held(self, claims: Sequence[str]) -> Mask:
         """Scenarios in which all of these claims hold."""
-        return np.asarray(np.all([self.margins[claim] > 0.0 for claim in claims], axis=0))
+        return np.all([self.margins[claim] > 0.0 for claim in claims], axis=0)  # type: ignore[no-any-return]
 
     def phases_held(self, claims: Sequence[str]) -> NDArray[np.int64]:
         """Number of phases in which all of these claims hold, shape (n_scenario,)."""
@@ -294,12 +428,8 @@ def standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
         if title == "settled" and np.isnan(data.columns[variable]).all():
             return
         own = baseline_changes(data, variable)
-        fixed, matched = (
-            (np.moveaxis(each, 1, 0) for each in baseline_changes(data, over_phases).values())
-            if over_phases in data.columns
-            else (each[None] for each in own.values())
-        )
-        of_view = grid.holding(**own)
-        margins = [claim_margins(grid.holding(*phase)) for phase in zip(fixed, matched, strict=True)]
-        over = {claim: np.stack([margin[claim] for margin in margins]) for claim in margins[0]}
-        yield Standing(title, of_view, own["fixed"], fixed, matched, claim_margins(of_view), over)
+        phases = {kind: each[None] for kind, each in own.items()}
+        if over_phases in data.columns:
+            changes = baseline_changes(data, over_phases)
+            phases = {kind: np.moveaxis(each, 1, 0) for kind, each in changes.items()}
+        yield Standing(title, grid, own["fixed"], **phases)

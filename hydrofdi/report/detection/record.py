@@ -9,24 +9,23 @@ from typing import Any
 
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.rates import Rate
-from hydrofdi.evaluation.scores import Population
+from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection.populations import nuisance_records
 from hydrofdi.report.detection.wording import (
     SeverityUnit,
     best_with_sensors,
-    level_of,
     sensors,
     severity_unit,
     wavelet_rules,
 )
 from hydrofdi.report.table import Block, Column, Table, finite, numbers
 from hydrofdi.settings.readable import HOLE
-from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.detecting import EvaluatedScore, Gain, are_shown, gain
 from hydrofdi.studies.records import Detection, Judgement
 
 _FOUND = ("q50", "q90", "q90_95", "q90_95_of_all")
+_RATE = {"rate": "value", "low": "low", "high": "high"}
+_AREA = {"": "value", "_low": "low", "_high": "high"}
 _ALARMS = ("population", "kind", "rate", "low", "high", "alarms", "n", "not_measurable")
 
 
@@ -49,7 +48,7 @@ def study_record(detection: Detection) -> dict[str, Any]:
                 "kind": str(population.kind),
                 "is_fit": population.is_fit,
                 "n": len(records.rows(population)),
-                unit.key: unit.value(population.severity),
+                unit.key: stated_severity(unit, population),
             }
             for population in records.populations
         ],
@@ -57,18 +56,23 @@ def study_record(detection: Detection) -> dict[str, Any]:
     }
 
 
-def design_record(study: Detection | RunLengths) -> dict[str, Any]:
+def design_record(detection: Detection) -> dict[str, Any]:
     """What was chosen for all records alike, in SI."""
     return {
         name: finite(value) if isinstance(value, float) else value
-        for name, value in study.records.design.items()
+        for name, value in detection.records.design.items()
     }
 
 
 def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
     unit, scored, threshold = severity_unit(detection), judgement.scored, judgement.threshold
     lines = [*_populations(detection, judgement)]
-    n_sound = len(judgement.false_alarms)
+    records, n_sound = detection.records, len(judgement.false_alarms)
+    is_labelled = records.is_labelled
+    levels = [
+        (level, line, {"population": line["population"]} if is_labelled else {})
+        for level, line in zip(judgement.levels, lines[n_sound:], strict=True)
+    ]
     record: dict[str, Any] = {
         "indicator": scored.name,
         "channels": list(scored.channels),
@@ -85,20 +89,21 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         "false_alarms": [{name: line[name] for name in _ALARMS} for line in lines[:n_sound]],
         "keeps_false_alarm_rate": judgement.keeps_its_rate,
         "auc": [
-            {unit.key: unit.value(level.population.severity)} | numbers(level.area, "value", "low", "high")
-            for level in judgement.levels
+            {**named, unit.key: line[unit.key]} | numbers(level.area, "value", "low", "high")
+            for level, line, named in levels
             if level.area is not None
         ],
         "partial_auc": finite(judgement.partial_area),
         "pod": [
             {
-                unit.key: unit.value(level.population.severity),
+                **named,
+                unit.key: line[unit.key],
                 f"true_mean_{unit.key}": finite(unit.value(level.severity)),
-                "detected": level.detected.count,
-                "n": level.detected.total,
-                "not_measurable": level.detected.not_measurable,
+                "detected": line["alarms"],
+                **{name: line[name] for name in ("n", "not_measurable")},
+                **({name: line[name] for name in _RATE} if is_labelled else {}),
             }
-            for level in judgement.levels
+            for level, line, named in levels
             if level.detected is not None
         ],
         "lack_of_fit_p_value": finite(judgement.lack_of_fit),
@@ -112,7 +117,24 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
     for name in _FOUND:
         keys = (f"{name}{unit.suffix}", f"{name}_place", f"{name}_from")
         record |= zip(keys, _found(judgement, name, unit), strict=True)
+    if is_labelled:
+        missing = {each.name: records.n_missing(scored, each) for each in records.populations}
+        record["without_number"] = {name: count for name, count in missing.items() if count}
+        record["stands_clear"] = judgement.stands_clear
+        record["healthy_against_healthy"] = [
+            {"fit_group": each.fit_group, "test_group": each.test_group}
+            | numbers(each.area, "value", "low", "high")
+            | {"n_healthy": each.area.n_healthy, "n": each.area.n_faulty}
+            | {"alarms": each.rate and each.rate.count, "refusal": each.refusal or None}
+            for each in judgement.healthy_pairs
+        ]
     return record
+
+
+def stated_severity(unit: SeverityUnit, population: Population) -> float | None:
+    """Nominal severity; None if a label does not state that of its fault."""
+    is_unknown = population.kind is Kind.FAULT and not population.severity
+    return None if is_unknown else unit.value(population.severity)
 
 
 def detection_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]:
@@ -142,24 +164,22 @@ def detection_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]
 
 
 def _populations(detection: Detection, judgement: Judgement) -> Iterator[dict[str, Any]]:
-    """Alarms of every population that is tested, sound and leaking; a rate where the records suffice."""
-    unit = severity_unit(detection)
-    detected = {level.population: level.detected for level in judgement.levels if level.detected is not None}
-    rates: dict[Population, Rate] = {**judgement.false_alarms, **detected}
+    """Alarms of every population, sound ones that are tested and leaking; a rate if the records suffice."""
+    unit, records = severity_unit(detection), detection.records
+    levels = {level.population: level for level in judgement.levels}
+    rates = {**judgement.false_alarms, **{population: each.detected for population, each in levels.items()}}
     for population, rate in rates.items():
-        level = level_of(judgement, population)
-        area = level and level.area
-        ends = [rate.value, rate.low, rate.high] if population not in judgement.counted else [None] * 3
-        areas = [area.value, area.low, area.high] if area else [None] * 3
-        names = ("rate", "low", "high", "auc", "auc_low", "auc_high")
+        area = levels[population].area if population in levels else None
+        has_rate = rate is not None and population not in judgement.counted
         yield {
             "population": population.name,
             "kind": str(population.kind),
-            unit.key: unit.value(population.severity),
-            "alarms": rate.count,
-            "n": rate.total,
-            "not_measurable": rate.not_measurable,
-            **{k: None if v is None else finite(v) for k, v in zip(names, (*ends, *areas), strict=True)},
+            unit.key: stated_severity(unit, population),
+            "alarms": rate and rate.count,
+            "n": rate and rate.total,
+            "not_measurable": records.n_missing(judgement.scored, population),
+            **{name: finite(getattr(rate, end)) if has_rate else None for name, end in _RATE.items()},
+            **{f"auc{end}": area and finite(getattr(area, name)) for end, name in _AREA.items()},
         }
 
 

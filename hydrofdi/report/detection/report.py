@@ -13,18 +13,17 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.detectors.scores.contract import has_extra
-from hydrofdi.report import changes, run_lengths
-from hydrofdi.report.composition import answers, document_of
+from hydrofdi.report import run_lengths, sections
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import answers as answers_of
 from hydrofdi.report.detection.wording import finds, severity_unit
-from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.run_lengths import estimate_records, estimates_block
+from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
 from hydrofdi.store.shard import Columns
-from hydrofdi.studies.charts import RunLengths, judge_run_lengths
+from hydrofdi.studies.charts import judge_charts
 from hydrofdi.studies.detecting import judge_study, winner
 from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.studies.records import Detection
@@ -45,7 +44,11 @@ def report_study(data: ExperimentData, simulate: Simulate | None = None) -> Dete
     ReportError
         The experiment has no study, or its file does not contain the runs of its study.
     """
-    return DetectionReport(data.experiment.name, data.path, judge_study(data), data, simulate)
+    report = DetectionReport(data.experiment.name, data.path, judge_study(data), data, simulate)
+    if not report.has_results:
+        return report
+    charted = (replace(each, charts=tuple(judge_charts(data, each.records))) for each in report.detections)
+    return replace(report, detections=tuple(charted))
 
 
 @dataclass(frozen=True)
@@ -67,12 +70,8 @@ class DetectionReport:
     @cached_property
     def estimates(self) -> tuple[Estimates, ...]:
         """Estimates against the truth, for each design; empty if the truth is not known."""
-        return judge_estimates(self.data) if self.data else ()
-
-    @cached_property
-    def run_lengths(self) -> tuple[RunLengths, ...]:
-        """Control charts of each design; empty if none is asked for."""
-        return judge_run_lengths(self.data) if self.data else ()
+        data = self.data
+        return tuple(judge_estimates(data, each.records) for each in self.detections) if data else ()
 
     @property
     def is_complete(self) -> bool:
@@ -96,21 +95,20 @@ class DetectionReport:
     def document(self) -> Document:
         """The sections of the report."""
         first, data, is_complete = self.detections[0], self.data, self.is_complete
-        missing = (changes.remarks_block(data), changes.holes_block(data)) if data else ()
+        missing = (sections.remarks_block(data), sections.holes_block(data)) if data else ()
         after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
-        has_charts = any(each.charts for each in self.run_lengths)
         found = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing),
-            *(changes.doubts_blocks(data) if data else ()),
+            *(sections.doubts_blocks(data) if data else ()),
             *answers(found, self._training),
             self._signals,
             populations.populations_block(first, data.experiment if data else None),
             answer.ranking_block(first),
             answer.false_alarms_block(first),
-            run_lengths.run_lengths_block(self.run_lengths[0]) if has_charts and is_complete else None,
+            run_lengths.run_lengths_block(first) if first.charts and is_complete else None,
             answer.levels_block(first),
             estimates_block(self.estimates[0]) if self.estimates else None,
             populations.why_block(first) if is_complete else None,
@@ -131,7 +129,7 @@ class DetectionReport:
             **runs,
             "detection": [one for each in self.detections for one in record.detection_records(each)],
             "estimates": estimate_records(self.estimates),
-            "run_lengths": run_lengths.run_length_records(self.run_lengths),
+            "run_lengths": run_lengths.run_length_records(self.detections),
             "studies": [record.study_record(each) for each in self.detections],
             "designs": record.design_records(self.detections),
         }
@@ -142,7 +140,10 @@ class DetectionReport:
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
-        lines = [*record.detection_lines(self.detections), *run_lengths.run_length_lines(self.run_lengths)]
+        lines = [
+            *record.detection_lines(self.detections),
+            *run_lengths.run_length_lines(self.detections),
+        ]
         headers = dict.fromkeys(header for line in lines for header in line)
         return {header: [line.get(header) for line in lines] for header in headers}
 
@@ -152,7 +153,7 @@ class DetectionReport:
             return {}
         from hydrofdi.report.figures.detection import detection_figures
 
-        figures = detection_figures(self.detections[0], self.run_lengths)
+        figures = detection_figures(self.detections[0])
         if self._signals is not None:
             caption = "The nominal actuator, healthy and with the leak: same motion, same noise"
             figures["signals"] = FigureKind(caption, self._draw_signals)

@@ -10,7 +10,6 @@ from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.records import Channel
 from hydrofdi.settings.readable import HOLE, two_digits
-from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.records import Detection, Judgement, Level
 from hydrofdi.units import convert
 
@@ -72,9 +71,9 @@ class SeverityUnit:
         return f"{mark}{two_digits(float(two_digits(self.value(severity))) * scale)}{sign}"
 
 
-def severity_unit(study: Detection | RunLengths) -> SeverityUnit:
+def severity_unit(detection: Detection) -> SeverityUnit:
     """L/min for leakage flows; every other severity keeps its unit."""
-    records = study.records
+    records = detection.records
     own = records.severity_unit
     levels = records.chosen(Kind.FAULT, is_fit=False)
     largest = max((level.severity for level in levels), default=math.inf)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,31 +10,15 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import HydrofdiError, ReportError, StoreError
-from hydrofdi.report.figures.responses import draw_responses
-from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes, shown
-from hydrofdi.report.table import FigureKind
 from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 
 if TYPE_CHECKING:
-    from hydrofdi.report.data import ReportData
     from hydrofdi.report.table import ComposedReport
 
-_SENSITIVITY = "Heat maps over the two parameters that matter most"
-_RESPONSES = "Each feature over each parameter that varies: median and range of the runs with each value"
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""
-
-
-def general_figures(report: ReportData) -> dict[str, FigureKind]:
-    """The figures of any experiment."""
-    figures = {}
-    if report.plane is not None:
-        figures["sensitivity"] = FigureKind(_SENSITIVITY, partial(draw_sensitivity, report.plane))
-    if any(each.responses for each in report.responses.axes):
-        figures["responses"] = FigureKind(_RESPONSES, partial(draw_responses, report))
-    return figures
 
 
 def draw_figure(report: ComposedReport, name: str) -> Figure:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib
@@ -30,18 +30,21 @@ from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients, level_bands
 from hydrofdi.units import convert
 
-PANELS = (
-    (names.INPUT_VOLTAGE, "$u$ [V]", "V"),
-    ("piston_position", "$x_p$ [mm]", "mm"),
-    (names.CHAMBER_1_PRESSURE, "$P_1$ [MPa]", "MPa"),
-    (names.CHAMBER_2_PRESSURE, "$P_2$ [MPa]", "MPa"),
-    ("internal_leakage_flow", "$q_{il}$ [L/min]", "L/min"),
-)
+Panels = Mapping[str, tuple[str, str]]
+"""Signal → label of its axis, and the unit in it."""
 
-_MOVING_PANELS = (
-    (names.VALVE_SUPPLY_PRESSURE, "$P_s$ [MPa]", "MPa"),
-    (names.LOAD_FORCE, "$F_L$ [N]", "N"),
-)
+PANELS: Panels = {
+    names.INPUT_VOLTAGE: ("$u$ [V]", "V"),
+    "piston_position": ("$x_p$ [mm]", "mm"),
+    names.CHAMBER_1_PRESSURE: ("$P_1$ [MPa]", "MPa"),
+    names.CHAMBER_2_PRESSURE: ("$P_2$ [MPa]", "MPa"),
+    "internal_leakage_flow": ("$q_{il}$ [L/min]", "L/min"),
+}
+
+_MOVING_PANELS: Panels = {
+    names.VALVE_SUPPLY_PRESSURE: ("$P_s$ [MPa]", "MPa"),
+    names.LOAD_FORCE: ("$F_L$ [N]", "N"),
+}
 """Shown if an option of the model makes them vary."""
 
 _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
@@ -62,31 +65,31 @@ def draw_signals(
     """
     if names.CHAMBER_1_PRESSURE not in columns:
         raise ReportError("the signals of the run are not stored; set store: {signals: all} and sweep again")
-    usual = [panel for panel in (*PANELS, *_MOVING_PANELS) if panel[0] in columns]
-    usual = [panel for panel in usual if panel in PANELS or np.ptp(columns[panel[0]][0]) > 0.0]
-    known = {panel[0]: panel for panel in (*PANELS, *_MOVING_PANELS)}
-    own = {each.name: _READABLE.get(each.units, each.units) for each in chosen}
-    panels = tuple(known.get(name, (name, f"{name} [{unit}]", unit)) for name, unit in own.items())
-    if panels:
+    known = {**PANELS, **_MOVING_PANELS}
+    if chosen:
+        units = {each.name: _READABLE.get(each.units, each.units) for each in chosen}
+        panels = {name: known.get(name, (f"{name} [{unit}]", unit)) for name, unit in units.items()}
         return shown(draw_beside(columns, [title], None, panels, start))
-    return shown(draw_beside(columns, [title], wavelet, tuple(usual), start))
+    held = {name: about for name, about in known.items() if name in columns}
+    usual = {name: about for name, about in held.items() if name in PANELS or np.ptp(columns[name][0]) > 0.0}
+    return shown(draw_beside(columns, [title], wavelet, usual, start))
 
 
 def draw_beside(
     columns: Columns,
     titles: list[str],
     wavelet: Any,
-    panels: tuple[tuple[str, str, str], ...] = PANELS,
+    panels: Panels = PANELS,
     start: float = 0.0,
 ) -> Figure:
     """The same signals of one or two runs beside each other, with the reference of a controller."""
     time, level = columns[names.TIME], min(2, wavelet.levels) if wavelet else 0
-    labels = [*(label for _, label, _ in panels), *([f"$d_{level}$ of $P_1$ [kPa]"] if level else [])]
+    labels = [*(label for label, _ in panels.values()), *([f"$d_{level}$ of $P_1$ [kPa]"] if level else [])]
     width = 3.6 * len(titles) + (0.0 if len(titles) > 1 else 3.4)
     figure = Figure(figsize=(width, 2.0 + len(labels)), layout="constrained")
     axes = figure.subplots(len(labels), len(titles), sharex=True, sharey="row", squeeze=False)
     for row, (title, color) in enumerate(zip(titles, (BLUE, ORANGE), strict=False)):
-        lines = [(name, time, convert(1.0, unit) * columns[name][row]) for name, _, unit in panels]
+        lines = [(name, time, convert(1.0, unit) * columns[name][row]) for name, (_, unit) in panels.items()]
         if level:
             pressure = columns[names.CHAMBER_1_PRESSURE][row]
             instants, details = detail_coefficients(pressure, wavelet, level, time)
@@ -142,14 +145,11 @@ def _panels(record: RecordBatch) -> list[list[Channel]]:
     return [panel for panel in (scaled, counts) if panel] + others
 
 
-def _unit(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> str:
+def _samples(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> tuple[Array, str]:
+    """Samples of a channel, and their unit."""
     unit = record.unit(channel)
-    return "-" if unit == "1" else readable.get(unit, unit)
-
-
-def _samples(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> Array:
     factor = 1.0 if channel in record.relative else convert(1.0, readable[channel.unit])
-    return np.asarray(factor * record[channel][0])
+    return np.asarray(factor * record[channel][0]), "-" if unit == "1" else readable.get(unit, unit)
 
 
 def _words(channel: Channel) -> str:
@@ -165,9 +165,9 @@ def _draw_time(figure: Any, record: RecordBatch, panels: list[list[Channel]]) ->
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axis, channels in zip(axes, panels, strict=True):
         for place, channel in enumerate(channels):
-            samples = _samples(record, channel, _READABLE)
+            samples, unit = _samples(record, channel, _READABLE)
             axis.plot(record.time, samples, **series(place), linewidth=0.7, label=_place(channel))
-        axis.set_ylabel(f"[{_unit(record, channels[0], _READABLE)}]")
+        axis.set_ylabel(f"[{unit}]")
         axis.set_title("pressure" if channels[0].is_pressure else _words(channels[0]))
         if channels[0].is_pressure:
             legend_above(axis, len(channels))
@@ -176,13 +176,13 @@ def _draw_time(figure: Any, record: RecordBatch, panels: list[list[Channel]]) ->
 
 def _draw_details(figure: Any, record: RecordBatch, channel: Channel, levels: int) -> None:
     wavelet = WaveletConfig(levels=levels)
-    samples = _samples(record, channel, _DETAIL_UNIT)
+    samples, unit = _samples(record, channel, _DETAIL_UNIT)
     axes = figure.subplots(levels, 1, sharex=True, squeeze=False)[:, 0]
     axes[0].set_title(f"details of the {_words(channel)} ({wavelet.name})")
     for level, axis in enumerate(axes, 1):
         instants, details = detail_coefficients(samples, wavelet, level, record.time)
         axis.plot(instants, details, color=BLUE, linewidth=0.7)
-        axis.set_ylabel(f"$d_{level}$ [{_unit(record, channel, _DETAIL_UNIT)}]")
+        axis.set_ylabel(f"$d_{level}$ [{unit}]")
     figure.align_ylabels(axes)
     time_axis(axes[-1], record.time, 8)
 
@@ -190,20 +190,23 @@ def _draw_details(figure: Any, record: RecordBatch, channel: Channel, levels: in
 def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels: int) -> None:
     """Spectra of the pressures, or of the first channel, with the bands of the levels."""
     pressures = [channel for channel in whole if channel.is_pressure] or whole[:1]
-    unit = _unit(record, pressures[0], _DETAIL_UNIT)
-    alike = [channel for channel in pressures if _unit(record, channel, _DETAIL_UNIT) == unit]
+    _, unit = _samples(record, pressures[0], _DETAIL_UNIT)
+    found = [(channel, *_samples(record, channel, _DETAIL_UNIT)) for channel in pressures]
+    alike = {channel: samples for channel, samples, own in found if own == unit}
     axis = figure.subplots()
-    for place, channel in enumerate(alike):
-        samples = _samples(record, channel, _DETAIL_UNIT)
+    for place, (channel, samples) in enumerate(alike.items()):
         frequency, density = power_spectrum(samples, record.sampling_frequency)
         if np.ptp(samples) > 1e-12 * np.abs(samples).max():
-            axis.plot(frequency[1:], density[1:], **series(place), label=_place(channel))
+            axis.plot(
+                frequency[1:], density[1:], **series(place), label=_words(channel).removesuffix(" pressure")
+            )
     log_axis(axis.xaxis)
     log_axis(axis.yaxis)
     mark_bands(axis, level_bands(record.sampling_frequency, levels))
     axis.set_xlim(right=record.sampling_frequency / 2)
     axis.set_ylabel(f"PSD [{unit}²/Hz]")
     axis.set_xlabel("frequency [Hz]")
-    axis.set_title("power spectrum" if alike[0].is_pressure else f"power spectrum of the {_words(alike[0])}")
-    if axis.lines and alike[0].is_pressure:
+    is_pressure = pressures[0].is_pressure
+    axis.set_title("power spectrum" if is_pressure else f"power spectrum of the {_words(pressures[0])}")
+    if axis.lines and is_pressure:
         legend_above(axis, len(alike))

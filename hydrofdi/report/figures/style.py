@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from hydrofdi.evaluation.scores import Array
 
 BLUE, ORANGE, GREEN = "#0072b2", "#d55e00", "#009e73"
 PINK, GOLD, VIOLET, SKY, GREY = "#c2528b", "#9b6a00", "#7b61c9", "#1f8fc4", "#6e6e76"
@@ -129,3 +133,67 @@ def mark_bands(axis: Any, bands: Sequence[tuple[float, float]]) -> None:
             (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
             ha="center", va="top", color=INK,
         )  # fmt: skip
+
+
+_TICKS = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
+
+_PERCENT = (0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)
+
+
+def deviates(rates: Array, least: float) -> Array:
+    """Φ⁻¹ of rates, those of 0 and 1 drawn at the ends of the axis."""
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri(np.clip(rates, least, 1.0 - least)))
+
+
+def normal_deviate_axis(axis: Any, least: float) -> None:
+    """Show percent on an axis of normal deviates, from `least` to 1 - `least`."""
+    ticks = np.array([tick for tick in _TICKS if least <= tick <= 1.0 - least])
+    axis.set_ticks(deviates(ticks, least), [f"{100.0 * tick:g}" for tick in ticks])
+    low, high = deviates(np.array([least, 1.0 - least]), least)
+    axis.axes.set(**{f"{axis.axis_name}lim": (low - 0.08, high + 0.08)})
+
+
+def root_percent_axis(axes: Any, highest: float) -> None:
+    """A horizontal axis of percent, whose scale is the square root, so that small rates can be read."""
+    end = min(1.15 * highest, 100.0)
+    ticks = [0.0]
+    for tick in _PERCENT:
+        if tick <= end and np.sqrt(tick) - np.sqrt(ticks[-1]) > 0.1 * np.sqrt(end):
+            ticks.append(tick)
+    axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0.0)), np.square))
+    axes.set_xlim(0.0, end)
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
+
+
+def panels(
+    count: int, columns: int, *, width: float, height: float, x: str = "", y: str = "", **shared: Any
+) -> tuple[Any, list[Any]]:
+    """A figure with `count` panels in rows, and the panels; `x` and `y` are labels of all of them."""
+    columns = min(count, columns)
+    rows = -(-count // columns)
+    figure = Figure(figsize=(max(width * columns, 9.0), height * rows + 0.4), layout="constrained")
+    axes = list(figure.subplots(rows, columns, squeeze=False, **shared).flat)
+    for axis in axes[:count]:
+        axis.tick_params(labelsize=7.5)
+    for axis in axes[count:]:
+        axis.remove()
+    if x:
+        figure.supxlabel(x, fontsize=9)
+    if y:
+        figure.supylabel(y, fontsize=9)
+    return figure, axes[:count]
+
+
+def legend_outside(figure: Any, styles: Mapping[str, Mapping[str, Any]], ncols: int, title: str = "") -> None:
+    """A legend above all panels: label → style of a line."""
+    handles = [Line2D([], [], label=label, **style) for label, style in styles.items()]
+    figure.legend(handles=handles, loc="outside upper center", ncols=ncols, title=title or None)
+
+
+def row_axis(axis: Any, labels: Sequence[str], fontsize: float = 8) -> None:
+    """Rows with their names, the first one on top."""
+    axis.set_yticks(range(len(labels)), labels, fontsize=fontsize)
+    axis.set_ylim(len(labels) - 0.4, -0.6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Mapping
 from html import escape
@@ -10,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.errors import ReportError
-from hydrofdi.report.record import render_json
 from hydrofdi.report.table import Block, Document, Table, escaped, latex
 from hydrofdi.store.files import require_own, whole_file
 
@@ -98,6 +98,11 @@ def _table(table: Table) -> Iterator[str]:
     shown += f"{table.to_html()}</div>"
     summary = f"<summary>{escape(table.title)} ({len(table)})</summary>"
     yield f"<details>\n{summary}\n{shown}\n</details>" if table.is_folded else shown
+
+
+def render_json(report: ComposedReport) -> str:
+    """A report as JSON."""
+    return json.dumps(report.record(), indent=2, allow_nan=False) + "\n"
 
 
 def render_markdown(document: Document) -> str:

@@ -10,7 +10,7 @@ from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import ReportError
 from hydrofdi.report.figures import draw_figure, write_figure
 from hydrofdi.report.figures.detection.curves import bound_line
-from hydrofdi.report.figures.detection.marks import sensor_marks
+from hydrofdi.report.figures.detection.populations import sensor_marks
 from hydrofdi.report.forms.page import write_page
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judging import judge

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.report.run_lengths import run_lengths_block
-from hydrofdi.studies.charts import RunLengths
+from hydrofdi.studies.records import Detection
 from tests.commands import run, run_json
 from tests.studies.test_run_lengths import EVERY, LARGE, judged, traces
 
@@ -17,11 +18,13 @@ from tests.studies.test_run_lengths import EVERY, LARGE, judged, traces
 def block(of, every=EVERY):
     sums = [replace(chart, label="sums") for chart in judged(of, every, chart="cusum", shift=4)]
     charts = [*judged(of, every), *sums]
-    return run_lengths_block(RunLengths(of.records, tuple(charts), 0.95, 0.9))
+    return run_lengths_block(Detection(of.records, (), Rules(), charts=tuple(charts)))
 
 
 def test_delays_have_their_interval_and_a_chart_without_a_limit_its_reason():
-    delays, alarms, refused = block(traces(), [EVERY, 1e6]).tables
+    found = block(traces(), [EVERY, 1e6])
+    assert "time from the onset of a leak to the first alarm" in found.paragraphs[0]
+    delays, alarms, refused = found.tables
     (own,) = [row for row in delays if (row["chart"], row["population"]) == ("own", LARGE.name)]
     assert [own[f"delay_median{end}_s"] for end in ("", "_low", "_high")] == [1.5] * 3
     assert alarms["false_alarm_every_h"] == pytest.approx(EVERY / 3600.0)

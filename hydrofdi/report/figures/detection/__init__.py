@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -11,7 +11,6 @@ from hydrofdi.report.figures.detection.curves import draw_det, draw_pod, draw_ro
 from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms
 from hydrofdi.report.figures.detection.ranking import draw_answer, draw_delays, draw_ranking
 from hydrofdi.report.table import FigureKind
-from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.records import Detection
 
 _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
@@ -32,23 +31,24 @@ _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
     ),
     "densities": (draw_densities, "Scores of each population; vertical lines: thresholds"),
     "answer": (draw_answer, "The smallest {quantity} that is found with each set of sensors"),
+    "delays": (
+        draw_delays,
+        "Median delay from the onset of a leak to the alarm, over the time between false alarms",
+    ),
 }
-_DELAYS = "Median delay from the onset of a leak to the alarm, over the time between false alarms"
 
 
-def detection_figures(detection: Detection, charts: Sequence[RunLengths]) -> dict[str, FigureKind]:
-    """The figures of a judged study, and of the first design of its charts."""
+def detection_figures(detection: Detection) -> dict[str, FigureKind]:
+    """The figures of a judged study, and of its charts."""
     asked = detection.rules
     said = {
         "quantity": severity_unit(detection).quantity,
         "confidence": f"{100.0 * asked.confidence:g} %",
         "share": f"{100.0 * asked.probability:g} %",
     }
-    figures = {
+    is_there = {"answer": bool(answers(detection)), "delays": bool(detection.charts)}
+    return {
         name: FigureKind(caption.format(**said), partial(draw, detection))
         for name, (draw, caption) in _FIGURES.items()
-        if name != "answer" or answers(detection)
+        if is_there.get(name, True)
     }
-    if charts:
-        figures["delays"] = FigureKind(_DELAYS, partial(draw_delays, charts[0]))
-    return figures

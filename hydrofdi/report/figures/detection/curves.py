@@ -12,16 +12,17 @@ from hydrofdi.evaluation.pod import PodCurve, lower_bound
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
-from hydrofdi.report.figures.detection.marks import (
+from hydrofdi.report.figures.detection.populations import score_panels, sensor_marks, with_threshold
+from hydrofdi.report.figures.style import (
+    INK,
+    LINES,
     deviates,
     legend_outside,
+    log_axis,
     normal_deviate_axis,
+    ordered_color,
     panels,
-    score_panels,
-    sensor_marks,
-    with_threshold,
 )
-from hydrofdi.report.figures.style import INK, LINES, log_axis, ordered_color
 from hydrofdi.studies.judging import reference_of
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.records import Detection, Judgement
@@ -50,7 +51,7 @@ def draw_roc(detection: Detection) -> Any:
             if (curve := _curve(detection, judgement, level)) is not None:
                 _draw_curve(axis, curve.false_alarm_rate, curve.detection_rate, style)
                 _draw_threshold(axis, judgement, level, style["color"])
-        axis.set_title(unit.text(level.severity))
+        axis.set_title(unit.text(level.severity) if level.severity else level.name)
         _frame(axis, detection, rising=True)
     legend_outside(figure, dict(zip(map(_named, shown), styles, strict=True)), 2)
     return figure

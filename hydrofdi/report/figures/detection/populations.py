@@ -1,7 +1,9 @@
-"""Scores of populations, and alarms of those whose seal is sound."""
+"""Panels of scores: their values in each population, and alarms of those whose seal is sound."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -9,14 +11,19 @@ import numpy as np
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import chosen_levels, foremost, sensors, tested
-from hydrofdi.report.figures.detection.marks import (
+from hydrofdi.report.figures.style import (
+    BLUE,
+    COLORS,
+    GREEN,
+    INK,
+    MARKERS,
+    ORANGE,
+    PAPER,
+    PINK,
+    panels,
     root_percent_axis,
     row_axis,
-    score_panels,
-    sensor_marks,
-    with_threshold,
 )
-from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, PAPER, PINK
 from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.units import convert
@@ -29,6 +36,48 @@ _LEAST_OF_HEALTHY = 8.0
 """Bins of the healthy scores, if all others leave room."""
 
 _COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: PINK, Kind.FAULT: ORANGE}
+
+
+def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
+    """Sets of sensors of the shown scores → colour and marker, which are the same in all figures.
+
+    The largest set of the study comes first; all beyond seven have the last mark.
+    """
+    found = {sensors(each): len(each.scored.channels) for each in detection.judgements}
+    ordered = sorted(found, key=lambda name: (-found[name], name))
+    last = len(COLORS) - 1
+    return {
+        name: {"color": COLORS[min(place, last)], "marker": MARKERS[min(place, last)]}
+        for place, name in enumerate(ordered)
+        if name in {sensors(each) for each in shown}
+    }
+
+
+def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:
+    """The foremost scores that have a threshold."""
+    shown = tuple(each for each in foremost(detection, most) if each.threshold is not None)
+    shown = shown or tuple(each for each in detection.judgements if each.threshold is not None)[:most]
+    if not shown:
+        raise ReportError("no score has a threshold")
+    return shown
+
+
+def _titled(judgement: Judgement, width: int = 30) -> str:
+    """Name and sensors over a panel; a long name is broken after its dot, then after underscores."""
+    name, needs = judgement.scored.name, sensors(judgement)
+    if len(name) > width:
+        head, dot, tail = name.partition(".")
+        parts = [head + dot, *wrap(tail.replace("_", "_ "), width)]
+        name = "\n".join(part.replace("_ ", "_") for part in parts)
+    return name if f"({needs})" in name else f"{name}\n({needs})"
+
+
+def score_panels(shown: Sequence[Judgement], height: float, **more: Any) -> tuple[Any, list[Any]]:
+    """A figure with a panel for each score."""
+    figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
+    for axis, judgement in zip(axes, shown, strict=True):
+        axis.set_title(_titled(judgement), fontsize=8.5)
+    return figure, axes
 
 
 def draw_densities(detection: Detection) -> Any:

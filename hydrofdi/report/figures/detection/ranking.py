@@ -27,11 +27,21 @@ from hydrofdi.report.detection.wording import (
     symbols,
     wavelet_rules,
 )
-from hydrofdi.report.figures.detection.marks import legend_outside, panels, row_axis, sensor_marks
-from hydrofdi.report.figures.style import BLUE, GREY, INK, MARKERS, PAPER, log_axis, series
-from hydrofdi.report.run_lengths import hours
-from hydrofdi.studies.charts import ChartJudgement, RunLengths
-from hydrofdi.studies.records import Detection, Judgement
+from hydrofdi.report.figures.detection.populations import sensor_marks
+from hydrofdi.report.figures.style import (
+    BLUE,
+    GREY,
+    INK,
+    MARKERS,
+    PAPER,
+    legend_outside,
+    log_axis,
+    panels,
+    row_axis,
+    series,
+)
+from hydrofdi.studies.records import ChartJudgement, Detection, Judgement
+from hydrofdi.units import convert
 
 _MOST_SETS = 10
 """Sets of sensors."""
@@ -185,7 +195,7 @@ def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit, mar
         axis.plot(largest, row, marker=r"$\rightarrow$", **arrow)
 
 
-def draw_delays(lengths: RunLengths) -> Any:
+def draw_delays(detection: Detection) -> Any:
     """A panel for each leak, a line for each chart.
 
     Raises
@@ -193,18 +203,21 @@ def draw_delays(lengths: RunLengths) -> Any:
     ReportError
         No delay is stated.
     """
-    levels = list(dict.fromkeys(delay.population for chart in lengths.charts for delay in chart.delays))
+    levels = list(dict.fromkeys(delay.population for chart in detection.charts for delay in chart.delays))
     if not levels:
         raise ReportError("no leak sets in while a chart watches")
-    labels = list(dict.fromkeys(chart.label for chart in lengths.charts))
+    labels = list(dict.fromkeys(chart.label for chart in detection.charts))
     marks = [{"marker": MARKERS[place % len(MARKERS)], "markersize": 3.5} for place in range(len(labels))]
     styles = {label: series(k, len(labels)) | marks[k] for k, label in enumerate(labels)}
     names = {"x": "mean time between false alarms that is asked for [h]", "y": "median delay [s]"}
     figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True, **names)
-    unit, every = severity_unit(lengths), [hours(chart.false_alarm_every) for chart in lengths.charts]
+    unit, every = (
+        severity_unit(detection),
+        [convert(chart.false_alarm_every, "h") for chart in detection.charts],
+    )
     for axis, level in zip(axes, levels, strict=True):
         for label, style in styles.items():
-            _draw_line(axis, [chart for chart in lengths.charts if chart.label == label], level, style)
+            _draw_line(axis, [chart for chart in detection.charts if chart.label == label], level, style)
         axis.set_title(unit.text(level.severity))
         axis.set_xlim(min(every) / 1.5, max(every) * 1.5)
         log_axis(axis.xaxis)
@@ -217,7 +230,7 @@ def _draw_line(axis: Any, charts: Sequence[ChartJudgement], level: Population, s
     """Delays of a leak over the time between false alarms, ascending."""
     known = sorted(
         (
-            hours(chart.false_alarm_every),
+            convert(chart.false_alarm_every, "h"),
             delay.median.value,
             delay.median.low,
             min(delay.median.high, delay.watched),

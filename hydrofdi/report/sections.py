@@ -1,18 +1,26 @@
-"""Configuration, seeds and versions behind the numbers."""
+"""Sections that the report of any experiment has: remarks, holes, verdicts, the machine, and provenance."""
 
 from __future__ import annotations
 
 import json
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.report.table import Block, Table
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
+from hydrofdi.report.table import Block, Document, Table
+from hydrofdi.settings.messages import counted
+from hydrofdi.store.experiment_data import MISSING, ExperimentData
+from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
 
 _MACHINE = {
     "actuator.piston_area": "Piston area",
@@ -30,6 +38,72 @@ _MACHINE = {
     "record.sampling_frequency": "Sampling frequency",
 }
 """What says which machine an experiment is about, and how people call it; left out if it is not stated."""
+
+
+def document_of(
+    title: str, lead: str, blocks: Iterable[Block | None], data: ExperimentData | None = None
+) -> Document:
+    """A report of the sections that there are; it begins with the machine of the data."""
+    machine = (machine_block(data),) if data else ()
+    return Document(title, (lead,), (*machine, *(block for block in blocks if block is not None)))
+
+
+def answers(*blocks: Block | None) -> tuple[Block | None, ...]:
+    """What a terminal shows, and shows last."""
+    return tuple(block and replace(block, is_answer=True) for block in blocks)
+
+
+def remarks_block(data: ExperimentData) -> Block | None:
+    """Remarks on all runs: another version of the physics, or another request."""
+    sentences = [*data.remarks]
+    if data.physics_version != PHYSICS_VERSION:
+        sentences.append(
+            f"Computed with version {data.physics_version} of the physics; this hydrofdi has version"
+            f" {PHYSICS_VERSION}, and runs that are computed now may differ."
+        )
+    return Block("remarks", "Remarks", tuple(sentences)) if sentences else None
+
+
+def holes_block(data: ExperimentData) -> Block | None:
+    """Runs without results by status and reason, with the remedy; None if all runs have results."""
+    statuses, messages = (data.columns[name].astype(str).tolist() for name in (STATUS, MESSAGE))
+    holes = Counter(each for each in zip(statuses, messages, strict=True) if each[0] != "ok").most_common()
+    if not holes:
+        return None
+    remedies = REMEDIES | {MISSING: "hydrofdi sweep CONFIG computes the missing runs and keeps the others"}
+    table = Table.of(
+        {
+            "Runs": [n_run for _, n_run in holes],
+            "Status": [status for (status, _), _ in holes],
+            "Reason": [why for (_, why), _ in holes],
+            "Remedy": [remedies.get(status, "") for (status, _), _ in holes],
+        },
+        key="runs-without-results",
+    )
+    lead = f"{sum(n_run for _, n_run in holes):,} of {counted(len(statuses), 'run')} without results."
+    return Block("holes", "What is missing", (lead,), (table,), is_answer=True)
+
+
+def doubts_blocks(data: ExperimentData) -> tuple[Block, ...]:
+    """How many runs have which verdict; then what it means, by the worst number, and the remedy."""
+    found = [doubts_of(verdict) for verdict in data.columns.get(VERDICT, np.empty(0)).astype(str)]
+    rows = []
+    for doubt in DOUBTS.values():
+        own = np.array([doubt in each for each in found])
+        if own.any():
+            worst = 100.0 * float(np.nanmax(data.columns[doubt.number][own]))
+            meaning = doubt.meaning.format(f"{worst:.2g}" if worst < 99.5 else f"{worst:.0f}")
+            rows.append((f"{doubt.word} ({doubt.mark})", int(own.sum()), meaning, doubt.remedy))
+    if not rows:
+        return ()
+    n_run = counted(len(found), "run")
+    said = f"To be read with care, of {n_run}: {', '.join(f'{n:,} {word}' for word, n, *_ in rows)}."
+    columns = dict(zip(("Verdict", "Runs", "Meaning", "Remedy"), zip(*rows, strict=True), strict=True))
+    table = Table.of(columns, key="doubts")
+    return (
+        Block("verdicts", "Verdicts", (said,), is_answer=True),
+        Block("doubts", "How reliable the runs are", (), (table,)),
+    )
 
 
 def machine_block(data: ExperimentData) -> Block:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.study.study import PopulationConfig, StudyConfig
+from hydrofdi.config.study import PopulationConfig, StudyConfig
 from hydrofdi.config.sweeps.points import Column, Points, drawn, one_after_the_other
 from hydrofdi.config.sweeps.sweep import correlated, unit_cube
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population

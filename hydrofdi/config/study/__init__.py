@@ -1,1 +1,0 @@
-"""A study of detection: normal variation, faults, and how they are distinguished."""

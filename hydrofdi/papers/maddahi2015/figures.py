@@ -1,0 +1,342 @@
+"""Figures 2 to 4, spectra and the hydraulic mode of a scenario; what the conclusions depend on.
+
+That is, margins over the start phases, and shares over the scenarios.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from hydrofdi.errors import ReportError
+from hydrofdi.papers.maddahi2015.claims import ABSENT, CLAIMS, Outcome
+from hydrofdi.papers.maddahi2015.study import CLAIM_SETS, ScenarioStudy, StudyData
+from hydrofdi.report.figures.signals import PANELS, draw_beside
+from hydrofdi.report.figures.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MARKERS,
+    ORANGE,
+    RULE,
+    log_axis,
+    mark_bands,
+    series,
+    time_axis,
+)
+from hydrofdi.report.runs import ROUNDING
+from hydrofdi.report.table import FigureKind
+from hydrofdi.report.wording import kilopascal, litres_per_minute, mode_name, modulus_text, shown_modulus
+from hydrofdi.store.layout import names
+from hydrofdi.transforms.spectrum import power_spectrum
+from hydrofdi.transforms.wavelet import detail_coefficients
+
+_NAMED = 14
+"""EBM that have room side by side."""
+
+
+def _position(study: StudyData, leakage: int, bulk_modulus: int) -> int:
+    """Row of a run of the first scenario; `leakage` 0 is the sealed actuator, 1 the smallest leakage."""
+    position = int(study.grid.positions[0, leakage, bulk_modulus])
+    if position == ABSENT:
+        raise ReportError("the experiment has no run of this leakage and EBM")
+    status = study.data.columns[names.STATUS][position]
+    if status != "ok":
+        raise ReportError(f"a run of the figure has no results: {status}")
+    return position
+
+
+def _flow(study: StudyData, leakage: int) -> float:
+    return study.grid.leakage_flows[leakage - 1] if leakage else 0.0
+
+
+def _small_leak(study: StudyData) -> int:
+    """The smallest leakage, or the sealed actuator if there is none."""
+    return min(1, len(study.grid.leakage_flows))
+
+
+def _pressures(study: StudyData, leakage: int) -> Iterator[tuple[float, int, Any, Any]]:
+    """EBM, row, instants and P_1 of the runs of a leakage, at the EBM at which there is a small leak."""
+    for beta in np.flatnonzero(study.grid.positions[0, _small_leak(study)] != ABSENT).tolist():
+        position = _position(study, leakage, beta)
+        time, pressure = study.data.signal(names.CHAMBER_1_PRESSURE, position)
+        yield study.grid.bulk_moduli[beta], position, time, pressure
+
+
+def _stacked(n_panel: int, width: float, lead: float, height: float) -> tuple[Figure, Any]:
+    """Panels below each other with common axes."""
+    figure = Figure(figsize=(width, lead + height * n_panel), layout="constrained")
+    return figure, figure.subplots(n_panel, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+
+
+def draw_figure_2(study: StudyData) -> Figure:
+    """Figure 2: (a) normal and (b) with the small leakage, both at the normal EBM."""
+    grid, data = study.grid, study.data
+    leakages = list(dict.fromkeys((0, _small_leak(study))))
+    runs = [_position(study, leakage, grid.normal) for leakage in leakages]
+    columns: dict[str, Any] = {name: [data.signal(name, run)[1] for run in runs] for name in PANELS}
+    columns[names.TIME] = data.signal(names.CHAMBER_1_PRESSURE, runs[0])[0]
+    columns[names.REFERENCE_POSITION] = [
+        np.array([np.nan])
+        if data.values("control.law")[run] == "open"
+        else data.signal(names.REFERENCE_POSITION, run)[1]
+        for run in runs
+    ]
+    modes = (mode_name(_flow(study, leakage), grid.bulk_moduli[grid.normal]) for leakage in leakages)
+    titles = [f"({letter}) {mode}" for letter, mode in zip("ab", modes, strict=False)]
+    return draw_beside(columns, titles, data.experiment.wavelet)
+
+
+def draw_details(study: StudyData, level: int) -> Figure:
+    """Figures 3 and 4: the coefficients of a level of P_1 with the small leakage, one panel per EBM."""
+    wavelet, leakage = study.data.experiment.wavelet, _small_leak(study)
+    if level > wavelet.levels:
+        raise ReportError(f"the experiment has no level d{level}")
+    runs = [*_pressures(study, leakage)]
+    figure, axes = _stacked(len(runs), 7.0, 0.6, 1.6)
+    for number, (axis, (modulus, position, time, pressure)) in enumerate(zip(axes, runs, strict=True)):
+        instants, details = detail_coefficients(pressure, wavelet, level, time)
+        axis.plot(instants, 1e-3 * details, color=series(number, len(runs))["color"], linewidth=0.7)
+        rms = float(study.data.columns[names.DETAIL_RMS][position][level - 1])
+        mode = mode_name(_flow(study, leakage), modulus)
+        axis.set(title=f"{mode}: RMS {kilopascal(rms)} kPa", ylabel=f"$d_{level}$ of $P_1$ [kPa]")
+    time_axis(axes[-1], time)
+    return figure
+
+
+def draw_spectrum(study: StudyData) -> Figure:
+    """Spectra of P_1, sealed and with the largest leakage, one line per EBM; none if it is still."""
+    leakages = list(dict.fromkeys((0, len(study.grid.leakage_flows))))
+    figure, axes = _stacked(len(leakages), 8.0, 0.8, 2.6)
+    has_spectrum = [_draw_leakage(axis, study, leakage) for axis, leakage in zip(axes, leakages, strict=True)]
+    if not any(has_spectrum):
+        raise ReportError("P_1 does not vary, so it has no spectrum")
+    for axis in axes:
+        log_axis(axis.xaxis)
+        log_axis(axis.yaxis)
+    lines, _ = axes[has_spectrum.index(True)].get_legend_handles_labels()
+    mode = Line2D([], [], color=INK, linewidth=1.2, linestyle=":", label="its mode $f_h$")
+    figure.legend(handles=[*lines, mode], loc="outside right upper", title="EBM")
+    axes[-1].set_xlabel("frequency [Hz]")
+    return figure
+
+
+def _draw_leakage(axis: Any, study: StudyData, leakage: int) -> bool:
+    """Draw the spectra of one leakage, and the bands; whether there is any spectrum."""
+    data, runs, has_spectrum = study.data, [*_pressures(study, leakage)], False
+    for number, (modulus, position, _, pressure) in enumerate(runs):
+        style = series(number, len(runs))
+        frequency, density = power_spectrum(pressure, data.experiment.record.sampling_frequency)
+        if np.ptp(pressure) > ROUNDING * np.abs(pressure).max():
+            axis.plot(frequency[1:], 1e-6 * density[1:], label=modulus_text(modulus), **style)
+            has_spectrum = True
+        mode = float(data.columns[names.MODE_FREQUENCY][position])
+        axis.axvline(mode, color=style["color"], linewidth=1.2, linestyle=":")
+    bands = study.table.bands
+    axis.grid(visible=False, axis="x", which="both")
+    mark_bands(axis, bands)
+    axis.set(
+        xlim=(bands[-1][0] / 2, bands[0][1]),
+        title=mode_name(_flow(study, leakage), 0.0).partition(" at ")[0],
+        ylabel="PSD of $P_1$ [kPa²/Hz]",
+    )
+    return has_spectrum
+
+
+def draw_mode_plane(study: StudyData) -> Figure:
+    """The hydraulic mode of every run, linearised at its median working point."""
+    grid, columns = study.grid, study.data.columns
+    positions = grid.positions[0]
+    frequency, damping = (
+        np.where(positions == ABSENT, np.nan, columns[name][positions])
+        for name in (names.MODE_FREQUENCY, names.MODE_DAMPING_RATIO)
+    )
+    if np.isnan(frequency).all():
+        raise ReportError("no run succeeded")
+    figure = Figure(figsize=(7.4, 4.2), layout="constrained")
+    axis = figure.subplots()
+    axis.plot(frequency, damping, color=RULE, linewidth=1.2, zorder=1)
+    for row in range(len(positions)):
+        style, flow = series(row, len(positions)), _flow(study, row)
+        axis.plot(
+            frequency[row], damping[row], **style, linewidth=0.9, marker=MARKERS[row % len(MARKERS)],
+            markerfacecolor=style["color"] if row else "none",
+            label=f"{litres_per_minute(flow)} L/min" if flow else "sealed",
+        )  # fmt: skip
+    _name_bulk_moduli(axis, study, frequency, damping)
+    low, high = np.nanmin(frequency), np.nanmax(frequency)
+    for level, (_, border) in enumerate(study.table.bands, 1):
+        if low * 0.9 < border < high * 1.1 and level > 1:
+            axis.axvline(border, color=INK, linewidth=0.8, linestyle=":")
+            axis.text(
+                border, 1.01, f" $d_{level}$ | $d_{level - 1}$ ", transform=axis.get_xaxis_transform(),
+                ha="center", va="bottom", color=INK,
+            )  # fmt: skip
+    axis.set(xlabel="frequency of the hydraulic mode $f_h$ [Hz]", ylabel="hydraulic damping ζ [–]")
+    title = f"leakage; numbers: EBM [{shown_modulus().unit}]"
+    axis.legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def _name_bulk_moduli(axis: Any, study: StudyData, frequency: Any, damping: Any) -> None:
+    apart, last = np.ptp(frequency[np.isfinite(frequency)]) / _NAMED, -np.inf
+    for column, beta in enumerate(study.grid.bulk_moduli):
+        known = ~np.isnan(damping[:, column])
+        if known.any() and frequency[known, column][0] >= last + apart:
+            last = frequency[known, column][0]
+            at = (last, damping[known, column].max())
+            text = shown_modulus().text(beta)
+            axis.annotate(text, at, (0, 8), textcoords="offset points", ha="center", fontsize=8)
+    axis.margins(0.12, 0.15)
+
+
+_SENTENCES = {claim.id: fill(f"{claim.id}: {claim.sentence}", 38) for claim in CLAIMS}
+"""Claim → its sentence on short lines."""
+
+_LOOKS = {
+    "as configured": (BLUE, ORANGE, -0.16, "the configured phase"),
+    "settled": (GREEN, INK, 0.16, "settled: undecimated transform, no phase"),
+}
+"""Records → colours of the phases and of the number, height above the line, and what the number is."""
+
+
+def draw_phases(study: StudyData) -> Figure:
+    """Margins of the claims, and δd3 of the sealed actuator, at every start phase."""
+    if study.standings[0].n_phase < 2:
+        raise ReportError("only one start phase was measured; set wavelet: {phase: all}")
+    if study.scenarios is not None:
+        raise ReportError("an ensemble has many scenarios; the figure shows the phases of one")
+    if not study.sealed or study.grid.lack:
+        raise ReportError("the experiment has no claims and no sealed run above the normal EBM")
+    n_claim, n_alarm = len(CLAIMS), len(study.sealed)
+    figure = Figure(figsize=(8.6, 2.2 + 0.46 * (n_claim + n_alarm)), layout="constrained")
+    top, bottom = figure.subplots(2, 1, height_ratios=(n_claim + 0.6, n_alarm + 0.6))
+    _draw_outcomes(top, study.claim_outcomes)
+    top.set(title="margin of each claim: it holds right of zero", xlabel="margin [percentage points]")
+    _draw_outcomes(bottom, study.alarm_outcomes)
+    bottom.set(
+        title="the sealed actuator against the fixed baseline: no leak, and an alarm", xlabel="δd3 [%]"
+    )
+    figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
+    for title in dict.fromkeys(each.records for each in outcomes):
+        color, mark, offset, label = _LOOKS[title]
+        own = [each for each in outcomes if each.records == title]
+        heights = np.arange(len(own)) + offset
+        low, high = np.array([(min(each.values), max(each.values)) for each in own]).T
+        axis.hlines(heights, low, high, color=color, linewidth=2.5, label=f"{title}: range")
+        numbers = [each.number for each in own]
+        axis.plot(numbers, heights, linestyle="none", marker="D", color=mark, markersize=5.0, label=label)
+        for each, height in zip(own, heights, strict=True):
+            axis.annotate(
+                f"{each.held} of {each.of}", (1.01, height), xycoords=("axes fraction", "data"),
+                va="center", fontsize=7.5, color=INK, annotation_clip=False,
+            )  # fmt: skip
+    names = [_SENTENCES.get(name, name) for name in dict.fromkeys(each.name for each in outcomes)]
+    axis.axvline(0.0, color=INK, linewidth=0.8)
+    axis.set_yticks(range(len(names)), names)
+    axis.set_ylim(len(names) - 0.5, -0.5)
+
+
+def draw_scenarios(study: StudyData) -> Figure:
+    """Share of the feasible scenarios that reproduce each claim, and C1–C4 by parameter value."""
+    scenarios = study.scenarios
+    if scenarios is None:
+        raise ReportError("the experiment has no ensemble")
+    if not scenarios.feasible.any():
+        raise ReportError("no scenario is feasible")
+    heights, labels = _layout(scenarios)
+    ratios = [len(CLAIM_SETS) * 0.36 + 0.6, len(labels) * 0.2 + 0.6]
+    figure = Figure(figsize=(7.4, sum(ratios) + 0.6), layout="constrained")
+    top, bottom = figure.subplots(2, 1, height_ratios=ratios)
+    _draw_claims(top, scenarios)
+    _draw_values(bottom, scenarios, heights)
+    bottom.set_yticks(list(labels), list(labels.values()), fontsize=7.5)
+    bottom.invert_yaxis()
+    if bottom.get_legend_handles_labels()[0]:
+        figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _draw_claims(axis: Any, study: ScenarioStudy) -> None:
+    total = int(study.feasible.sum())
+    counts = [study.count(claims, study.feasible) for claims in CLAIM_SETS.values()]
+    shares = [100.0 * int(study.reproducing(claims).sum()) / total for claims in CLAIM_SETS.values()]
+    colors = [BLUE if len(claims) == 1 else ORANGE for claims in CLAIM_SETS.values()]
+    bars = axis.barh(range(len(shares)), shares, color=colors, height=0.7)
+    texts = ["open" if count is None else f"{count:,}" for count in counts]
+    axis.bar_label(bars, texts, padding=3, fontsize=8, color=INK)
+    axis.set_yticks(range(len(shares)), [_SENTENCES.get(name, name) for name in CLAIM_SETS], fontsize=7.5)
+    axis.invert_yaxis()
+    axis.grid(visible=False, axis="y")
+    axis.set(
+        xlim=(0.0, 109.0),
+        title=f"scenarios that reproduce the claims, of {total:,} feasible ones",
+        xlabel="share of the feasible scenarios [%]",
+    )
+
+
+def _draw_values(axis: Any, study: ScenarioStudy, heights: list[float]) -> None:
+    for name, color, marker, size in (("C1–C4", ORANGE, "o", 7.5), ("C1–C6", BLUE, "D", 4.0)):
+        claims = CLAIM_SETS[name]
+        if study.is_open(claims):
+            continue
+        mask, decided = study.reproducing(claims), study.decided(claims)
+        members = [(value.members & decided, value.members & mask) for value in study.value_shares]
+        shares = [
+            100.0 * int(held.sum()) / int(all_.sum()) if all_.any() else np.nan for all_, held in members
+        ]
+        axis.axvline(100.0 * mask.sum() / decided.sum(), color=color, linewidth=0.8, linestyle=":")
+        axis.plot(
+            shares, heights, linestyle="none", clip_on=False, label=name, color=color, marker=marker,
+            markersize=size,
+        )  # fmt: skip
+    axis.grid(color=RULE, axis="y")
+    axis.set(
+        title="the same by parameter value; dotted: over all",
+        xlabel="share of the feasible scenarios with this value [%]",
+    )
+    axis.set_xlim(left=0.0)
+
+
+def _layout(study: ScenarioStudy) -> tuple[list[float], dict[float, str]]:
+    """Height of each value, and what stands at the heights, parameters above their values."""
+    heights: list[float] = []
+    labels: dict[float, str] = {}
+    previous = None
+    for value in study.value_shares:
+        if value.parameters != previous:
+            labels[float(len(labels))] = ", ".join(value.parameters)
+        heights.append(float(len(labels)))
+        labels[heights[-1]] = value.text
+        previous = value.parameters
+    return heights, labels
+
+
+def study_figures(study: StudyData) -> dict[str, FigureKind]:
+    """Name → figure."""
+    figures: dict[str, tuple[str, Callable[..., Any]]] = {
+        "figure2": ("Figure 2: signals and d2 of P_1, normal and with the small leakage", draw_figure_2),
+        "figure3": ("Figure 3: d2 of P_1 over the EBM, small leakage", partial(draw_details, level=2)),
+        "figure4": ("Figure 4: d3 of P_1 over the EBM, small leakage", partial(draw_details, level=3)),
+        "spectrum": (
+            "Spectrum of P_1 with the bands of the levels and the hydraulic mode",
+            draw_spectrum,
+        ),
+        "mode_plane": ("The hydraulic mode: EBM moves its frequency, leakage its damping", draw_mode_plane),
+        "phases": (
+            "Claims and the sealed alarm at every start phase, and settled",
+            draw_phases,
+        ),
+        "scenarios": ("Scenarios that reproduce the claims, and the values that carry it", draw_scenarios),
+    }
+    return {name: FigureKind(caption, partial(draw, study)) for name, (caption, draw) in figures.items()}

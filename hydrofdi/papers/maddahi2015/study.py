@@ -1,0 +1,341 @@
+"""The numbers of the paper's study, computed once: modes, claims, controls, and scenarios of an ensemble."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.shown_values import shown_value, shown_values
+from hydrofdi.evaluation.rates import Rate
+from hydrofdi.papers.maddahi2015.claims import (
+    ABSENT,
+    CLAIMS,
+    D2,
+    D3,
+    ClaimResult,
+    Mask,
+    ModeGrid,
+    Outcome,
+    Standing,
+    arrange_modes,
+    leaks_out_more,
+    standings,
+)
+from hydrofdi.quality.doubts import DOUBTS
+from hydrofdi.report.composition import Report
+from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
+from hydrofdi.report.runs import RunTable, baseline_changes, best_levels, normal_bulk_modulus
+from hydrofdi.report.wording import mode_name, modulus_text
+from hydrofdi.store.experiment_data import MISSING, ExperimentData
+from hydrofdi.store.layout import names
+
+CORE = ("C1", "C2", "C3", "C4")
+"""The claims that carry the paper's conclusion."""
+
+_EVERY = tuple(claim.id for claim in CLAIMS)
+
+CLAIM_SETS = {name: (name,) for name in _EVERY} | {"C1–C4": CORE, "C1–C5": _EVERY[:5], "C1–C6": _EVERY}
+"""Name → claims: each by itself, then together."""
+
+
+class ValueShare(NamedTuple):
+    """The scenarios with one value of a parameter, or of several that vary together, or with one range.
+
+    `values` are in SI, one for each parameter, or the ends of the range; `members` has shape (n_scenario,).
+    """
+
+    parameters: tuple[str, ...]
+    values: tuple[Any, ...]
+    is_range: bool
+    members: Mask
+
+    @property
+    def text(self) -> str:
+        """The value or range, with its unit."""
+        if self.is_range:
+            return shown_value(self.parameters[0], {"uniform": self.values})
+        return ", ".join(map(shown_value, self.parameters, self.values))
+
+
+@dataclass(frozen=True)
+class ScenarioStudy:
+    """Claims and controls over all scenarios of an experiment with an ``ensemble``.
+
+    Its standings are those as configured; and settled, if any run has settled features.
+    """
+
+    data: ExperimentData
+    grid: ModeGrid
+    standings: tuple[Standing, ...]
+
+    @property
+    def configured(self) -> Standing:
+        """The records as configured."""
+        return self.standings[0]
+
+    @cached_property
+    def _runs(self) -> list[NDArray[np.int64]]:
+        """Rows of the runs of each scenario."""
+        return [positions[positions != ABSENT] for positions in self.grid.positions]
+
+    @cached_property
+    def outcomes(self) -> tuple[str, ...]:
+        """``ok`` where all runs of a scenario succeeded, else the status of the first that did not."""
+        statuses = self.data.columns[names.STATUS].astype(str)
+        bad = [[status for status in statuses[own].tolist() if status != "ok"] for own in self._runs]
+        return tuple(MISSING if MISSING in own else next(iter(own), "ok") for own in bad)
+
+    @property
+    def doubts(self) -> dict[str, Mask]:
+        """Word of a verdict → the scenarios with a run that it was given to, shape (n_scenario,)."""
+        verdicts = self.data.columns[names.VERDICT].astype(str)
+        given = {word: np.char.find(verdicts, word) >= 0 for word in DOUBTS}
+        masks = {word: np.array([found[own].any() for own in self._runs]) for word, found in given.items()}
+        return {word: mask for word, mask in masks.items() if mask.any()}
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether scenarios are drawn independently (``method: random``), so that shares have an interval."""
+        sample = self.data.experiment.ensemble.sample
+        return sample is not None and sample.method == "random"
+
+    @cached_property
+    def draws(self) -> NDArray[np.int64]:
+        """The draw of the sample that each scenario was made from; those of one depend on each other."""
+        sample = self.data.experiment.ensemble.sample
+        if sample is None:
+            return np.arange(len(self.grid.scenarios))
+        return np.array(_codes([tuple(each[name] for name in sample.over) for each in self.grid.scenarios]))
+
+    @cached_property
+    def feasible(self) -> Mask:
+        """Scenarios of which all runs succeeded."""
+        return np.array([outcome == "ok" for outcome in self.outcomes])
+
+    @property
+    def obstacles(self) -> dict[str, int]:
+        """Status → number of scenarios that it made infeasible, or that are not computed yet."""
+        return dict(sorted(Counter(outcome for outcome in self.outcomes if outcome != "ok").items()))
+
+    def share(self, outcomes: Mask, members: Mask) -> Rate:
+        """Share of outcomes among some scenarios; `outcomes` has shape (n_scenario, ...)."""
+        kept = outcomes[members]
+        per_scenario = kept.size // max(1, len(kept))
+        return clustered_share(kept.ravel(), np.repeat(self.draws[members], per_scenario))
+
+    def reproducing(self, claims: Sequence[str]) -> Mask:
+        """Feasible scenarios in which all of these claims hold."""
+        return self.feasible & self.configured.held(claims)
+
+    def decided(self, claims: Sequence[str]) -> Mask:
+        """Feasible scenarios that say whether all of these claims hold: they do, or one of them does not."""
+        failed: Mask = np.any([self.configured.margins[claim] <= 0.0 for claim in claims], axis=0)
+        return (self.feasible & failed) | self.reproducing(claims)
+
+    def is_open(self, claims: Sequence[str]) -> bool:
+        """Whether one of these claims cannot be tested in any feasible scenario, and none fails in all."""
+        untested = [np.isnan(self.configured.margins[claim][self.feasible]).all() for claim in claims]
+        return any(untested) and not np.array_equal(self.decided(claims), self.feasible)
+
+    def count(self, claims: Sequence[str], members: Mask) -> int | None:
+        """How many of these scenarios reproduce claims; None if they are open."""
+        return None if self.is_open(claims) else int((members & self.reproducing(claims)).sum())
+
+    def count_always(self, claims: Sequence[str]) -> int | None:
+        """Feasible scenarios that reproduce claims at every start phase; None if they are open."""
+        always = self.configured.phases_held(claims) == self.configured.n_phase
+        return None if self.is_open(claims) else int((self.feasible & always).sum())
+
+    def count_settled(self, claims: Sequence[str]) -> int | None:
+        """Feasible scenarios that reproduce claims in their settled records; None if there are none."""
+        found = [int((self.feasible & each.held(claims)).sum()) for each in self.standings[1:]]
+        return found[0] if found else None
+
+    @property
+    def is_d2_best(self) -> Mask:
+        """Whether d2 is the best level of the leaky modes above the normal EBM under the matched baseline.
+
+        Shape (n_scenario, n_raised_mode).
+        """
+        delta = self.grid.leaky(baseline_changes(self.data)["matched"])
+        modes = [(q, b) for q, b in self.grid.modes() if b in self.grid.raised]
+        is_best: Mask = best_levels(delta)[:, [q for q, _ in modes], [b for _, b in modes]] == D2
+        return is_best
+
+    @cached_property
+    def value_shares(self) -> tuple[ValueShare, ...]:
+        """The scenarios by the values of each parameter; parameters that vary together count as one."""
+        groups: dict[tuple[int, ...], list[str]] = {}
+        for name in self.grid.scenarios[0]:
+            codes = _codes([scenario[name] for scenario in self.grid.scenarios])
+            is_few = max(codes) < MOST_VALUES
+            groups.setdefault(codes if is_few else (len(groups), -1), []).append(name)
+        return tuple(share for group in groups.values() for share in self._shares(tuple(group)))
+
+    def _shares(self, group: tuple[str, ...]) -> list[ValueShare]:
+        rows = [tuple(scenario[name] for name in group) for scenario in self.grid.scenarios]
+        different = sorted(set(rows), key=_order)
+        if len(different) <= MOST_VALUES:
+            return [ValueShare(group, row, False, np.array([r == row for r in rows])) for row in different]
+        parts = fifths(np.array([row[0] for row in rows], dtype=float))
+        return [ValueShare(group, (low, high), True, members) for low, high, members in parts]
+
+
+def _codes(values: Sequence[Any]) -> tuple[int, ...]:
+    """Numbers of values in the order of their first occurrence."""
+    order: dict[Any, int] = {}
+    return tuple(order.setdefault(value, len(order)) for value in values)
+
+
+def _order(row: tuple[Any, ...]) -> tuple[bool, float, str]:
+    is_text = row[0] is None or isinstance(row[0], str)
+    return is_text, 0.0 if is_text else float(row[0]), str(row[0])
+
+
+def wilson_interval(share: float, n: float) -> tuple[float, float]:
+    """95 % score interval of a share of `n` independent draws.
+
+    Wilson, Journal of the American Statistical Association 22 (1927) 209.
+    """
+    z = Z_95
+    centre = share + z * z / (2.0 * n)
+    spread = z * math.sqrt(share * (1.0 - share) / n + z * z / (4.0 * n * n))
+    scale = 1.0 + z * z / n
+    return max(0.0, (centre - spread) / scale), min(1.0, (centre + spread) / scale)
+
+
+def clustered_share(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArray[np.int64]) -> Rate:
+    """The share of true outcomes; those of one cluster depend on each other.
+
+    The interval is Wilson's for the effective number of draws: the number of independent ones that would
+    give the share the variance that it has between clusters, at most the number of outcomes. Where all
+    clusters agree it is the number of clusters. After Rao and Scott, Biometrics 48 (1992) 577.
+    """
+    total = int(outcomes.size)
+    if not total:
+        return Rate(0, 0, 0, math.nan, math.nan, 0.95)
+    count = int(outcomes.sum())
+    low, high = wilson_interval(count / total, _effective_number(outcomes, clusters))
+    return Rate(count, total, 0, low, high, 0.95)
+
+
+def _effective_number(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArray[np.int64]) -> float:
+    _, places = np.unique(np.asarray(clusters), return_inverse=True)
+    hits, sizes = np.bincount(places, outcomes), np.bincount(places)
+    n_cluster, total, share = hits.size, outcomes.size, float(outcomes.mean())
+    if n_cluster == 1:
+        return 1.0
+    variance = n_cluster / (n_cluster - 1) * float(np.sum((hits - share * sizes) ** 2)) / total**2
+    if variance < 1e-24:
+        return float(n_cluster)
+    return min(float(total), share * (1.0 - share) / variance)
+
+
+@dataclass(frozen=True)
+class StudyData(Report):
+    """The numbers of the paper's study beside those of any experiment."""
+
+    @cached_property
+    def grid(self) -> ModeGrid:
+        """The leaky modes."""
+        return arrange_modes(self.data)
+
+    @cached_property
+    def standings(self) -> tuple[Standing, ...]:
+        """The ways to look at the records: as configured, and settled if any run is."""
+        return tuple(standings(self.grid, self.data))
+
+    @cached_property
+    def scenarios(self) -> ScenarioStudy | None:
+        """Claims and controls over the scenarios of an ensemble with a grid."""
+        is_ensemble = self.data.experiment.has_scenarios and not self.grid.lack
+        return ScenarioStudy(self.data, self.grid, self.standings) if is_ensemble else None
+
+    @cached_property
+    def _compared(self) -> RunTable:
+        """The runs without further external leakage, by what else varies, leakage and EBM."""
+        kept = self.table.of(~leaks_out_more(self.data)[self.table.positions])
+        varied = tuple(name for name in kept.label_names if len(set(kept.values(name))) > 1)
+        kept = replace(kept, label_names=varied)
+        codes = np.array(_codes([tuple(each.values()) for each in kept.labels]))
+        return kept.of(np.lexsort((kept[names.BULK_MODULUS], kept.leakage_requests, codes)))
+
+    @cached_property
+    def sealed(self) -> RunTable:
+        """The sealed runs above the normal EBM, which the d3 rule is tried on."""
+        runs = self._compared
+        is_raised = runs[names.BULK_MODULUS] > normal_bulk_modulus(self.data)
+        return runs.of(runs.is_sealed & is_raised & (runs.n_level > D3))
+
+    @cached_property
+    def leaky(self) -> RunTable:
+        """The leaky runs."""
+        return self._compared.of(~self._compared.is_sealed)
+
+    @cached_property
+    def looked_at(self) -> Sequence[int]:
+        """Positions of the scenarios that claims have to hold in: the feasible ones, or all."""
+        if self.scenarios is None:
+            return range(len(self.grid.scenarios))
+        found: list[int] = np.flatnonzero(self.scenarios.feasible).tolist()
+        return found
+
+    @cached_property
+    def claims(self) -> tuple[ClaimResult, ...]:
+        """The result of every claim."""
+        shown = self.standings[0].shown
+        return tuple(ClaimResult(each, each.checks(self.grid, shown), self.looked_at) for each in CLAIMS)
+
+    @property
+    def guarded(self) -> tuple[ClaimResult, ...]:
+        """The claims that the experiment file lists."""
+        listed = self.data.experiment.claims
+        return tuple(result for result in self.claims if result.claim.id in listed)
+
+    @cached_property
+    def claim_outcomes(self) -> list[Outcome]:
+        """How claims stand over the start phases, in each way to look at the records."""
+        return [each.claim(claim.id, self.looked_at) for each in self.standings for claim in CLAIMS]
+
+    @cached_property
+    def alarm_outcomes(self) -> list[Outcome]:
+        """How the alarms on the sealed actuator stand over the start phases."""
+        return [found for each in self.standings for found in sealed_outcomes(self.sealed, each)]
+
+    def check_records(self, result: ClaimResult) -> Iterator[dict[str, Any]]:
+        """Each check of a claim in each scenario; its runs are the healthy one, then the leaky ones."""
+        grid, run_ids = self.grid, self.data.columns[names.RUN_ID].astype(str)
+        for check in result.checks:
+            for scenario in result.scenarios:
+                leaky = [int(grid.positions[scenario, 1 + q, b]) for q, b in check.modes]
+                runs = [int(self.data.fixed_baseline[leaky[0]]), *leaky]
+                margin, labels = float(check.margin[scenario]), grid.scenarios[scenario]
+                yield {
+                    "runs": run_ids[runs].tolist(),
+                    "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
+                    "holds": None if math.isnan(margin) else margin > 0.0,
+                    "margin_percentage_points": margin,
+                    "each_may_move_percentage_points": float(check.allowance[scenario]),
+                } | ({"labels": labels} if labels else {})
+
+
+def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:
+    """Where the d3 rule alarms, by δd3, at each EBM and further parameters."""
+    return [
+        standing.level(
+            ", ".join(filter(None, [modulus_text(modulus), shown_values(labels)])),
+            standing.fixed[:, position],
+            D3,
+            float(standing.shown[position, D3]),
+        )
+        for modulus, labels, position in zip(
+            sealed[names.BULK_MODULUS].tolist(), sealed.labels, sealed.positions, strict=True
+        )
+    ]

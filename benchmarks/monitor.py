@@ -15,11 +15,13 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import DetectorFile, Made
+from hydrofdi.detectors.trained.lines import Line, WindowLine
 from hydrofdi.detectors.trained.measuring import records_of
 from hydrofdi.detectors.trained.scoring import windows_along
 from hydrofdi.detectors.trained.training import train
@@ -28,12 +30,10 @@ from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
-from hydrofdi.monitor.lines import Line, WindowLine
 from hydrofdi.monitor.loop import single_monitor
 from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.outlets import Receiver
 from hydrofdi.monitor.sources import Position, StreamSource
-from hydrofdi.monitor.watch import windower_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk
 
@@ -75,6 +75,7 @@ class Healthy:
     """Windows as independent records."""
 
     name = "benchmark"
+    data_sheet: ClassVar[dict[str, float]] = {}
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """A single batch."""
@@ -178,7 +179,8 @@ def run(file: DetectorFile, source: StreamSource, view: Receiver = None) -> Arra
 def measured(file: DetectorFile, samples: dict[Channel, Array]) -> Array:
     """Wall and processor time of `measure` alone, for the same windows in one batch [s]."""
     stream = RecordBatch({channel: row[None] for channel, row in samples.items()}, FREQUENCY, ("stream",))
-    windows = [*windows_along(stream, 0, windower_of(file))]
+    windower = file.config.window.windower(file.n_sample, file.channels, FREQUENCY, file.drive)
+    windows = [*windows_along(stream, 0, windower)]
     records = records_of(windows, file.channels, FREQUENCY)
     began = clocks()
     measure(records, {"it": file.feature.indicator})

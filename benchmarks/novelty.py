@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ import numpy as np
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
 from hydrofdi.config.runs import study_roles
-from hydrofdi.detectors.trained.measuring import ChannelFacts, channel_facts, findings, joined, learned_range
+from hydrofdi.detectors.trained.verdicts import channel_facts, findings, learned_range
 from hydrofdi.records import Channel
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -60,21 +59,14 @@ def main() -> None:
         rows = np.flatnonzero(roles.of_run == place).tolist()
         batches = [*SimulatedRecords(experiment, "study", CHANNELS, rows).batches()]
         if population.is_fit:
-            facts = {
-                channel: joined([channel_facts(each[channel]) for each in batches]) for channel in CHANNELS
-            }
+            rows_of = {channel: np.concatenate([each[channel] for each in batches]) for channel in CHANNELS}
             learned = [
-                {channel: learned_range(channel, first(n, facts[channel])) for channel in CHANNELS}
+                {each: learned_range(each, [channel_facts(rows_of[each][:n])]) for each in CHANNELS}
                 for n in LEARNED
             ]
             continue
         found = [[each is not None for batch in batches for each in findings(batch, own)] for own in learned]
         print(f"{population.title:28}", *(f"{np.mean(each):6.1%}" for each in found), flush=True)
-
-
-def first(n: int, facts: ChannelFacts) -> ChannelFacts:
-    """Statistics of the first windows."""
-    return ChannelFacts(*(getattr(facts, each.name)[:n] for each in fields(facts)))
 
 
 if __name__ == "__main__":

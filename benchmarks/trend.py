@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from hydrofdi.evaluation.courses import Estimate
+from hydrofdi.evaluation.change_point import Estimate
 
 from hydrofdi.evaluation.change_point import ChangePointModel, inliers
 from tests.evaluation import wear

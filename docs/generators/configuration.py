@@ -16,7 +16,7 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.study import WatchedChart
 from hydrofdi.detectors.charts import ChartOptions
-from hydrofdi.detectors.registry import chart_kind, chart_names
+from hydrofdi.detectors.rules import chart_kind, chart_names
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet_configuration import FleetConfig
 from hydrofdi.records.description import MeasuredConfig, SamplesConfig

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from generators.writing import table, write_page
-from hydrofdi.detectors.registry import chart_kind, chart_names
+from hydrofdi.detectors.rules import chart_kind, chart_names
 from hydrofdi.indicators.registry import describe
 from hydrofdi.settings.ready import ready_folder, ready_names
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.sources import Said, open_records
-from hydrofdi.detectors.trained.conditions import TEMPERATURE
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.trends import FIRST_DATE, History
 from hydrofdi.indicators import measure

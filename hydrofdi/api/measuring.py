@@ -12,7 +12,6 @@ from hydrofdi.api.arguments import Names, Texts, refusal
 from hydrofdi.api.sources import Said, open_records
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import Description, describe, indicator_names, shadows
 from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_indicators, of_machine
@@ -20,8 +19,6 @@ from hydrofdi.records import Channel
 from hydrofdi.report.forms.measures import measures_table
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import brief, counted
-from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.settings.yaml_source import plain
 
 Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
@@ -187,15 +184,6 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
     if isinstance(given, str | PathLike):
         return load_indicators(fspath(given))
     return make_indicators(plain(given))
-
-
-def constants_text(options: Section) -> str:
-    """The constants of the plant with their values, ``piston_area = 633 mm^2``; empty if there are none."""
-    return ", ".join(
-        f"{name} = {shown_quantity(getattr(options, name), unit)}"
-        for name, unit in plant_constants(options).items()
-        if getattr(options, name)
-    )
 
 
 def indicators(name: str | None = None) -> Any:

@@ -21,8 +21,8 @@ from hydrofdi.errors import ConfigError, interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.api.detectors.windows import JudgedWindow, Tally
     from hydrofdi.detectors.trained.file import DetectorFile
+    from hydrofdi.detectors.trained.judged import JudgedWindow, Tally
 
 INTERRUPTED = 130
 
@@ -110,7 +110,7 @@ def _windows(tally: Tally) -> Iterator[Any]:
     from hydrofdi.api.detectors.windows import windows_table
 
     def place(row: tuple[int, JudgedWindow]) -> tuple[bool, bool, int]:
-        return not row[1].alarm, not row[1].is_beyond, row[0]
+        return not row[1].alarm, not row[1].verdict.is_beyond, row[0]
 
     shown = [
         window for _, window in sorted(nsmallest(_MOST_ROWS, enumerate(tally), place), key=itemgetter(0))
@@ -126,7 +126,7 @@ def _told(tally: Tally) -> Iterator[str]:
     """Counts of windows, of alarms, and of what was not judged."""
     from hydrofdi.settings.readable import count_text, percent, percentage, time_text
 
-    windows, rate = counted(tally.n_judged, tally.noun), tally.rate
+    windows, rate = counted(tally.n_judged, tally.file.noun), tally.rate
     records, lasting = counted(tally.n_record, "record"), time_text(3600.0 * tally.hours)
     parts = [f"judged {windows} of {records}, {lasting}: {counted(tally.n_alarm, 'alarm')}"]
     if tally.n_judged:

@@ -12,10 +12,10 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.api.detectors.detector import promise_text
-from hydrofdi.api.detectors.windows import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.records.streams import Chunk
+from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
+from hydrofdi.detectors.trained.promise import promise_text
+from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import plain, shown_quantity, time_text
 
@@ -32,7 +32,6 @@ class LiveView:
 
     def __init__(self, file: DetectorFile, source: str, console: Console) -> None:
         self._file, self._source, self._console = file, source, console
-        self._noun = "window" if file.n_sample else "estimate"
         self._live = Live(console=console, screen=True, auto_refresh=False)
         self._opened = self._arrived = time.monotonic()
         self._drawn = self._opened - _FRAME
@@ -113,14 +112,16 @@ class LiveView:
             kind = event.kind.replace("_", " ")
             named = f"{kind.upper() if kind.startswith('alarm') else kind}, {event.text}"
             yield Text(named if event.time is None else f"{_instant_text(event.time)}: {named}")
-        yield Text(f"Last {self._noun}s", "bold")
+        yield Text(f"Last {self._file.noun}s", "bold")
 
     def _state(self) -> tuple[str, str]:
         """The condition, with its beginning; or that it is not known now, and why."""
         silence = time.monotonic() - self._arrived
         patience = max(_SILENT_AFTER, 2.0 * self._file.n_sample / self._file.sampling_frequency)
         if self._samples is not None and self._is_connected and silence <= patience:
-            began = f"since {_instant_text(self._since)}" if self._windows else f"no {self._noun} judged yet"
+            began = f"no {self._file.noun} judged yet"
+            if self._windows:
+                began = f"since {_instant_text(self._since)}"
             return self._condition.upper(), began
         why = "" if self._is_connected else "disconnected, "
         if self._unread:
@@ -133,7 +134,7 @@ class LiveView:
         """The numbers of windows, of alarms, and of what is wrong with the stream."""
         judged, alarms = (self._counts[kind] for kind in ("judged", EventKind.ALARM_RAISED))
         beyond = f"{self._counts['beyond']:,} beyond the limit"
-        yield f"{counted(judged, self._noun)} judged, {beyond}, {counted(alarms, 'alarm')}"
+        yield f"{counted(judged, self._file.noun)} judged, {beyond}, {counted(alarms, 'alarm')}"
         for kind, count in self._counts.items():
             if count and (kind in _COUNTED or kind.startswith("not judged")):
                 yield f"{kind.replace('_', ' ')} {count:,}"

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.detectors.method import Method
+from hydrofdi.detectors.rules import Method
 from hydrofdi.evaluation.scores import Array, Direction
 from hydrofdi.settings.quantities import SI, Section
 

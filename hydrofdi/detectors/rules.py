@@ -1,16 +1,86 @@
-"""What is asked of detectors, before training and in studies."""
+"""Scores and charts, found by their names, and what is asked of detectors, before training and in studies."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from functools import cached_property
+from importlib import import_module
+from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from hydrofdi.errors import NotStatedError
+from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold, ThresholdKind, records_needed
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
+
+Chosen = TypeVar("Chosen", bound=Section)
+
+
+class Method(Generic[Chosen]):
+    """A score or a chart.
+
+    Attributes
+    ----------
+    name : str
+        Name in files and on the command line.
+    summary : str
+        What it computes, in one sentence.
+    caution : str
+        Limitations that users must know.
+    Options : type of Section
+        Model of its options; all of them have defaults.
+    options : Section
+        Options of this instance.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    caution: ClassVar[str]
+    Options: ClassVar[type[Section]] = Section
+    options: Chosen
+
+    def __init__(self, options: Chosen | None = None) -> None:
+        chosen: Any = self.Options() if options is None else options
+        self.options = chosen
+
+
+class _Registry:
+    """Classes of a module with a ``name`` and ``Options``."""
+
+    def __init__(self, module: str, noun: str) -> None:
+        self._module, self._noun = module, noun
+
+    @cached_property
+    def _kinds(self) -> dict[str, Any]:
+        """Name → class; the module is loaded when it is needed, as kernels take time to load."""
+        module = import_module(f"hydrofdi.detectors.{self._module}")
+        classes: list[Any] = [each for each in vars(module).values() if isinstance(each, type)]
+        return {each.name: each for each in classes if "name" in vars(each)}
+
+    def names(self) -> list[str]:
+        """All names, sorted."""
+        return sorted(self._kinds)
+
+    def kind(self, name: str) -> Any:
+        """The class of a name."""
+        if name not in self._kinds:
+            raise ConfigError(f"there is no {self._noun} {name!r}{nearest(name, self.names())}")
+        return self._kinds[name]
+
+    def make(self, name: str, options: Mapping[str, Any] | None = None) -> Any:
+        """An instance with options."""
+        kind = self.kind(name)
+        return kind(kind.Options.model_validate(dict(options or {})))
+
+
+_SCORES = _Registry("scores.catalogue", "score")
+score_names, score_kind, make_score = _SCORES.names, _SCORES.kind, _SCORES.make
+
+_CHARTS = _Registry("charts", "chart")
+chart_names, chart_kind, make_chart = _CHARTS.names, _CHARTS.kind, _CHARTS.make
 
 
 class ChartConfig(Section):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -33,6 +33,15 @@ def constants_not_given(options: Section) -> tuple[str, ...]:
         name
         for name in plant_constants(options)
         if name not in options.model_fields_set and getattr(options, name)
+    )
+
+
+def assumption_text(label: str, names: Sequence[str]) -> str:
+    """The sentence that names constants which nobody gave."""
+    return (
+        f"{label}: not given: {', '.join(names)}; the nominal actuator of the paper is assumed, so the"
+        " numbers may be wrong for yours; state yours under 'actuator:' of the description"
+        f" (docs/measured.md), or as options of {label}"
     )
 
 

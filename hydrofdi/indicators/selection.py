@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from hydrofdi.errors import ConfigError, IndicatorWarning, Issue
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.nominal_actuator import constants_not_given, from_sheet
+from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
 from hydrofdi.records import RecordSource
 from hydrofdi.settings.messages import describe_error, nearest
@@ -209,15 +209,6 @@ def assumed_plants(indicators: Mapping[str, Indicator[Any]]) -> tuple[str, ...]:
         if names := constants_not_given(indicator.options):
             labels.setdefault(names, []).append(label)
     return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
-
-
-def assumption_text(label: str, names: Sequence[str]) -> str:
-    """The sentence that names constants which nobody gave."""
-    return (
-        f"{label}: not given: {', '.join(names)}; the nominal actuator of the paper is assumed, so the"
-        " numbers may be wrong for yours; state yours under 'actuator:' of the description"
-        f" (docs/measured.md), or as options of {label}"
-    )
 
 
 def _make(label: str, given: Any, source: Source, path: KeyPath) -> Indicator[Any] | None:

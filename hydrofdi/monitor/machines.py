@@ -8,22 +8,19 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from hydrofdi.detectors.trained.detector import NUMBER, Detector
 from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.lines import Line, WindowLine, is_said
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.lines import Line, WindowLine, is_said
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.store import StoredMachine
-from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
 _log = logging.getLogger(__name__)
 
 RETRY = 60.0
 """Time after which a source that failed is tried again [s]."""
-
-_NUMBER = "judging.number"
-"""Key of the number of the next window in a state."""
 
 
 class Kind:
@@ -40,7 +37,7 @@ class Kind:
         self.file = file
         self.config = config.model_copy(update={"channels": channels}) if channels else config
         text = file.model_dump_json(by_alias=True, exclude={"made"})
-        self.watch, self.digest = Watch(file), hashlib.sha256(text.encode()).hexdigest()
+        self.detector, self.digest = Detector(file), hashlib.sha256(text.encode()).hexdigest()
 
 
 SourceOf = Callable[[str, str, Callable[[Kind], StreamSource]], StreamSource | None]
@@ -68,25 +65,26 @@ class Machine:
     source: StreamSource
 
     def __post_init__(self) -> None:
-        self.state = self.kind.watch.start()
+        self.state = self.kind.detector.start()
         self.is_due, self.is_judged = False, False
         self.heard, self._retry = time.monotonic(), 0.0
         self._said, self._position, self._n_lost = "", dict[str, object](), 0
 
     def begin(self, stored: StoredMachine | None) -> list[Line]:
         """Continue from a stored state. That of another detector or source is only used to go on counting."""
-        watch, name, again = self.kind.watch, self.source.name, ""
+        name, again = self.source.name, ""
         kind, position = EventKind.STARTED, dict[str, object]()
         if stored is not None:
-            self.state = {**self.state, _NUMBER: stored.state[_NUMBER]}
-            kind, again = EventKind.RESUMED, f" again, from window {watch.next_number(stored.state)} on"
+            number = stored.state[NUMBER]
+            self.state, self.is_judged = {**self.state, NUMBER: number}, bool(number > 0)
+            kind, again = EventKind.RESUMED, f" again, from window {int(number)} on"
             if other := self.difference(stored):
                 again += f"; its {other} is another one, so it starts anew"
             else:
                 self.state, position = stored.state, dict(stored.position)
                 if not position:
-                    self.state = watch.resume(self.state, may_repeat=self.source.may_repeat_all)
-            self.is_judged = watch.next_number(stored.state) > 0
+                    resumed = self.kind.detector.resumed
+                    self.state = resumed(self.state, may_repeat=self.source.may_repeat_all)
         self._position = position
         self.delivered()
         lines: list[Line] = [Event(kind, f"watches {name}{again}"), *self._open()]
@@ -125,7 +123,7 @@ class Machine:
             text = f"{self._n_lost:,} samples or messages were lost in total"
             lines.append(Event(EventKind.DROPPED, text, None, self._n_lost, is_end=True))
         if is_final:
-            self.state, more = self.kind.watch.end(self.state)
+            self.state, more = self.kind.detector.end(self.state)
             lines += more
         return lines
 
@@ -149,7 +147,7 @@ class Machine:
     def _judged(self, chunk: Chunk) -> Sequence[Line]:
         """Lines of samples; samples that cannot be judged are lost, and the state is the one before them."""
         try:
-            self.state, lines = self.kind.watch.step(self.state, chunk)
+            self.state, lines = self.kind.detector.step(self.state, chunk)
         except Exception as error:
             text = f"samples are lost, because judging them failed: {self._reason(error)}"
             is_silent, self._said = text == self._said, text

@@ -15,8 +15,8 @@ from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, make_wsgi_app
 
 from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.lines import Condition, Line, WindowLine
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__

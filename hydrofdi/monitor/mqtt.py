@@ -20,10 +20,10 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
 
+from hydrofdi.detectors.trained.lines import Line, WindowLine
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
 from hydrofdi.monitor.connections import Connection, credentials, exposed, network_reason, usable
-from hydrofdi.monitor.lines import Line, WindowLine
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
 _SENT_AT_ONCE = 10

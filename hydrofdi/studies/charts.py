@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.charts import Chart
-from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.rules import Rules
+from hydrofdi.detectors.rules import Rules, make_chart
 from hydrofdi.detectors.run_lengths import AlarmLimit, FalseAlarms, delays
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.errors import NotStatedError, ReportError

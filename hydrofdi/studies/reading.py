@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.runs import study_roles
 from hydrofdi.config.study import DetectionConfig, StudyTable
-from hydrofdi.detectors.registry import make_score, score_kind
+from hydrofdi.detectors.rules import make_score, score_kind
 from hydrofdi.detectors.scores.configuration import CHANGE, ScoreConfig, belongs, combined_numbers
 from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores, has_extra, known_numbers
 from hydrofdi.errors import NotStatedError, ReportError

@@ -7,10 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained.configuration import TimedChart
-from hydrofdi.detectors.trained.file import ChartLimit, detector_text, load_detector
-from hydrofdi.monitor.lines import WindowLine, line_record
-from hydrofdi.monitor.watch import Watch
+from hydrofdi.detectors.trained.detector import Detector
+from hydrofdi.detectors.trained.file import detector_text, load_detector
+from hydrofdi.detectors.trained.lines import WindowLine, line_record
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.commands import run_hydrofdi
@@ -18,6 +17,7 @@ from tests.detectors.trained.made import (
     FREQUENCY,
     noise_detector,
     pressure,
+    with_chart,
     written,
 )
 
@@ -40,7 +40,7 @@ def test_rows_are_those_of_a_monitor_on_the_same_stream(trained, tmp_path):
     samples = pressure(12, leaking=[7])
     samples[3000:3005] = np.nan
     ended, found = detected(trained, written(tmp_path / "long.csv", samples))
-    watch, lines = Watch(load_detector(trained)), []
+    watch, lines = Detector(load_detector(trained)), []
     state = watch.start()
     for first in range(0, samples.size, 777):
         part = slice(first, first + 777)
@@ -135,12 +135,8 @@ def test_late_alarms_are_in_the_table_and_all_rows_in_csv(trained, tmp_path):
 
 def test_a_chart_decides_where_there_is_one_and_starts_anew_with_each_record(trained, tmp_path):
     file, charted = load_detector(trained), tmp_path / "charted.json"
-    chart = TimedChart(chart="cusum", options={"direction": "rising"})
-    config = file.config.model_copy(update={"chart": chart})
-    limit = ChartLimit(limit=1e6, mean_time=None, interval=(1.0, None), hours=1.0)
-    charted.write_text(
-        detector_text(file.model_copy(update={"config": config, "chart": limit})), encoding="utf-8"
-    )
+    file = with_chart(file, limit=1e6, direction="rising")
+    charted.write_text(detector_text(file), encoding="utf-8")
     sources = [written(tmp_path / name, pressure(4, leaking=[2])) for name in ("a.csv", "b.csv")]
     _, found = detected(charted, *sources)
     statistics = [row["chart"]["statistic"] for row in found["windows"]]

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from hydrofdi.detectors.registry import make_score
-from hydrofdi.detectors.rules import Rules
+from hydrofdi.detectors.rules import Rules, make_score
 from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.studies.detecting import detect

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from hydrofdi.detectors.registry import chart_names, make_chart
+from hydrofdi.detectors.rules import chart_names, make_chart
 from hydrofdi.detectors.run_lengths import Delays, FalseAlarms, delays, members, operations
 from hydrofdi.errors import NotStatedError
 

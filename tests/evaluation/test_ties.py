@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.rules import Rules
+from hydrofdi.detectors.rules import Rules, make_chart
 from hydrofdi.detectors.run_lengths import delays
 from hydrofdi.evaluation.pod import Tally, interpolated_level, lack_of_fit, probability_of_detection
 from hydrofdi.evaluation.roc import Area, area_under_curve

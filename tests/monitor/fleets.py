@@ -6,10 +6,10 @@ import time
 from itertools import zip_longest
 
 from hydrofdi.api.streams import monitor_fleet
+from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import detector_text
-from hydrofdi.monitor.lines import is_said, line_record
+from hydrofdi.detectors.trained.lines import is_said, line_record
 from hydrofdi.monitor.mqtt import payload_of
-from hydrofdi.monitor.watch import Watch
 from tests.monitor.streams import P1, Killed, made_detector, part, stream
 
 FILE = made_detector()
@@ -43,7 +43,7 @@ def expected(machines, *, is_over=True):
     """Name → what the batch says of the samples of a machine; at a stop, episodes go on."""
     found = {}
     for name, chunk in machines.items():
-        watch = Watch(FILE)
+        watch = Detector(FILE)
         state, lines = watch.step(watch.start(), chunk)
         lines += watch.end(state)[1] if is_over else []
         found[name] = [line_record(line, FILE.unit) for line in lines if is_said(line)]

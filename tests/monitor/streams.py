@@ -6,9 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.detectors.trained.configuration import TimedChart
-from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import single_monitor
 from hydrofdi.monitor.machines import Kind
@@ -17,7 +14,7 @@ from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records import Channel
 from hydrofdi.records.description import FormatConfig, LimitsConfig
 from hydrofdi.records.streams import Chunk
-from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+from tests.detectors.trained.made import FREQUENCY, signals, with_chart, with_limit
 
 P1 = Channel.CHAMBER_1_PRESSURE
 N_SAMPLE = 1000
@@ -25,18 +22,10 @@ LEAK = 5.0
 """Factor of the noise of P1 that raises an alarm in each window."""
 
 
-def made_detector(every=1.0, chart=None, **more):
+def made_detector(every=1.0, chart=None):
     """A threshold just above healthy scores of one-second windows; with a chart of this name on request."""
-    healthy = [window(number, 100 + number) for number in range(20)]
-    scores = [verdict.score for verdict in Judge(detector()).judge(healthy)]
-    high, scale = 1.1 * max(scores), (float(np.median(scores)), float(np.std(scores)))
-    config = {"direction": "rising", "window": {"duration": "1 s", "every": every}} | more
-    file = detector(limits=(None, high), scale=scale, **config)
-    if chart is None:
-        return file
-    limit = ChartLimit(limit=8.0, mean_time=None, interval=(1.0, None), hours=1.0)
-    config = file.config.model_copy(update={"chart": TimedChart(chart=chart)})
-    return file.model_copy(update={"chart": limit, "config": config})
+    file = with_limit(1.1, direction="rising", window={"duration": "1 s", "every": every})
+    return file if chart is None else with_chart(file, chart)
 
 
 def stream(n_window, seed=1, leaking=(), stuck=()):

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.api.streams import monitor_fleet
+from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import detector_text
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor import machines as machines_module
@@ -24,7 +25,6 @@ from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
 from hydrofdi.monitor.store import StateStore, StoredMachine
-from hydrofdi.monitor.watch import Watch
 from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import run
 from tests.monitor.fleets import expected, killed_at, logged, made, n_window, once, write_csv, write_fleet
@@ -88,7 +88,7 @@ def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(fleet, t
 
 def test_samples_that_cannot_be_judged_are_lost_with_an_event_of_their_machine(fleet, tmp_path, monkeypatch):
     monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 20_000)
-    step, n_failed = Watch.step, [0]
+    step, n_failed = Detector.step, [0]
 
     def fails(self, state, chunk):
         is_second = chunk.time[0] > 2.0 and np.isin(chunk.channels["chamber_1_pressure"], first).any()
@@ -98,7 +98,7 @@ def test_samples_that_cannot_be_judged_are_lost_with_an_event_of_their_machine(f
         return step(self, state, chunk)
 
     first = MACHINES["m0"].channels["chamber_1_pressure"]
-    monkeypatch.setattr(Watch, "step", fails)
+    monkeypatch.setattr(Detector, "step", fails)
     assert monitor_fleet(fleet, follow=False) is Ending.OVER
     found, alone = logged(tmp_path / "fleet.jsonl"), expected(MACHINES)
     assert [each["event"] for each in found["m0"] if "event" in each][:2] == ["dropped", "gap"]

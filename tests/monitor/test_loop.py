@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hydrofdi.detectors.trained.lines import WindowLine
 from hydrofdi.errors import StoreError, interruption
 from hydrofdi.monitor import growing_file, loop
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.growing_file import GrowingFile
-from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.monitor.loop import Ending, single_monitor
 from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.opening import Sources

@@ -9,17 +9,15 @@ import pytest
 from prometheus_client.openmetrics.parser import text_string_to_metric_families as open_metrics
 from prometheus_client.parser import text_string_to_metric_families
 
-from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.detectors.trained.measuring import Verdict
+from hydrofdi.detectors.trained.lines import ChartReading, Condition, WindowLine
+from hydrofdi.detectors.trained.verdicts import Verdict
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.monitor import metrics
-from hydrofdi.monitor.lines import ChartReading, Condition, WindowLine
 from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
 from hydrofdi.records.streams import Chunk, Event, EventKind
-from tests.detectors.trained.made import detector
+from tests.detectors.trained.made import detector, with_chart
 
-CHART = ChartLimit(limit=8.0, mean_time=None, interval=(1.0, None), hours=1.0)
-FILE = detector(limits=(None, 5.0)).model_copy(update={"chart": CHART})
+FILE = with_chart(detector(limits=(None, 5.0)))
 PRESS = "mqtt://host/press"
 
 

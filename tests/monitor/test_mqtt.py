@@ -18,11 +18,11 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
-from hydrofdi.detectors.trained.measuring import Verdict
+from hydrofdi.detectors.trained.lines import Condition, WindowLine, line_record
+from hydrofdi.detectors.trained.verdicts import Verdict
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
 from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
-from hydrofdi.monitor.lines import Condition, WindowLine, line_record
 from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.topics import Topics, TopicSource

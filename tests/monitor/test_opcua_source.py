@@ -15,12 +15,12 @@ from asyncua import Server, ua
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hydrofdi.detectors.trained.detector import Detector
+from hydrofdi.detectors.trained.lines import WindowLine
 from hydrofdi.monitor import connections, opcua
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.connections import Inbox
-from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
-from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import EventKind
@@ -210,8 +210,8 @@ def test_windows_of_the_stream_are_judged_as_in_a_file(server):
         reader = connected(source)
         server.write("P1", samples.channels[P1].tolist(), 40.0 + samples.time)
         reader.samples(samples.n_time)
-    lines = lines_of(Watch(file), reader.chunks)
-    expected = lines_of(Watch(file), [samples])
+    lines = lines_of(Detector(file), reader.chunks)
+    expected = lines_of(Detector(file), [samples])
     verdicts = [line.verdict for line in lines if isinstance(line, WindowLine)]
     assert verdicts == [line.verdict for line in expected if isinstance(line, WindowLine)]
     assert [verdict.alarm for verdict in verdicts] == [False, True, False]

@@ -14,13 +14,12 @@ import hydrofdi
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.cli.live_view import LiveView
 from hydrofdi.config import load_experiment
-from hydrofdi.detectors.registry import make_chart
+from hydrofdi.detectors.rules import make_chart
 from hydrofdi.detectors.run_lengths import delays
 from hydrofdi.detectors.trained.configuration import DetectorConfig, TimedChart, WindowConfig
-from hydrofdi.detectors.trained.measuring import Judge
+from hydrofdi.detectors.trained.detector import Detector
+from hydrofdi.detectors.trained.lines import Condition, WindowLine, line_record
 from hydrofdi.indicators import make_indicators
-from hydrofdi.monitor.lines import Condition, WindowLine, line_record
-from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.conftest import REPOSITORY
@@ -86,7 +85,7 @@ SIZES = st.lists(st.sampled_from([1, 2, 3, 50, 777, 1000, 5000]), min_size=2, ma
 @settings(max_examples=25, deadline=None)
 @given(streams(), SIZES, st.sampled_from(sorted(FILES)))
 def test_lines_do_not_depend_on_chunks(made, sizes, name):
-    watch = Watch(FILES[name])
+    watch = Detector(FILES[name])
     said = [lines_of(watch, chunks) for chunks in ([made], divided(made, sizes))]
     shown = [[line for line in lines if not getattr(line, "is_silent", False)] for lines in said]
     assert shown[0] == shown[1]
@@ -96,29 +95,30 @@ def test_lines_do_not_depend_on_chunks(made, sizes, name):
 @settings(max_examples=15, deadline=None)
 @given(streams(), st.data())
 def test_samples_that_come_again_after_a_restart_change_nothing(made, data):
-    watch = Watch(FILES["sliding"])
+    watch = Detector(FILES["sliding"])
     undisturbed = lines_of(watch, [made])
     stop = data.draw(st.integers(1, made.n_time))
     state, lines = watch.step(watch.start(), part(made, 0, stop))
     back = data.draw(st.integers(0, stop))
     latest = np.max(made.time[:stop], initial=-np.inf, where=np.isfinite(made.time[:stop]))
     assume(stop == made.n_time or made.time[stop] > latest)
-    state, more = watch.step(watch.resume(state), part(made, back))
+    state, more = watch.step(watch.resumed(state), part(made, back))
     assert lines + more + watch.end(state)[1] == undisturbed
 
 
 def test_verdicts_are_those_of_the_same_windows_in_a_batch():
     for file in FILES.values():
         made = stream(20, leaking=[7, 8], stuck=[3])
-        whole = windows_of(made.time, made.channels, windower_of(file))
-        said = windows(lines_of(Watch(file), divided(made, [777])))
-        assert [line.verdict for line in said] == Judge(file).judge(whole)
+        windower = file.config.window.windower(N_SAMPLE, file.channels, file.sampling_frequency, None)
+        whole = windows_of(made.time, made.channels, windower)
+        said = windows(lines_of(Detector(file), divided(made, [777])))
+        assert [line.verdict for line in said] == Detector(file).score(whole)
         assert [(line.start, line.end) for line in said] == [(each.time[0], each.time[-1]) for each in whole]
 
 
 @pytest.mark.parametrize("stuck", [range(5, 45), range(5, 45, 5)], ids=["throughout", "interrupted"])
 def test_a_stuck_channel_is_said_when_it_begins_and_when_it_ends(stuck):
-    watch, made = Watch(FILES["side by side"]), stream(60, stuck=stuck)
+    watch, made = Detector(FILES["side by side"]), stream(60, stuck=stuck)
     lines = lines_of(watch, [made])
     begin, *silent, end = events_of(lines, EventKind.STUCK)
     assert len(windows(lines)) == 60
@@ -133,7 +133,7 @@ def test_what_goes_on_is_said_once_a_minute_with_its_count():
     doubled = rearranged(
         made, np.sort(np.concatenate([np.arange(made.n_time), np.arange(0, made.n_time, 10)]))
     )
-    lines = lines_of(Watch(FILES["side by side"]), [doubled])
+    lines = lines_of(Detector(FILES["side by side"]), [doubled])
     said = events_of(lines, EventKind.DUPLICATE)
     assert [event.count for event in said] == [1, 5999, 6000, 1000]
     assert [event.time for event in said[1:]] == [60.0, 120.0, 180.0]
@@ -143,7 +143,7 @@ def test_what_goes_on_is_said_once_a_minute_with_its_count():
 def test_another_rate_is_said_once_and_no_window_is_judged():
     made = stream(24)
     slow = rearranged(made, np.concatenate([np.arange(20_000), np.arange(20_000, made.n_time, 2)]))
-    lines = lines_of(Watch(FILES["side by side"]), [slow])
+    lines = lines_of(Detector(FILES["side by side"]), [slow])
     (begin,) = (each for each in events_of(lines, EventKind.RATE_CHANGED) if each.count == 1)
     assert 20.0 < begin.time < 20.1
     assert all(line.verdict.alarm is None for line in windows(lines) if line.start > 21.0)
@@ -151,17 +151,17 @@ def test_another_rate_is_said_once_and_no_window_is_judged():
 
 
 def test_a_clock_that_was_set_back_is_watched_on():
-    watch, made = Watch(FILES["side by side"]), stream(100)
+    watch, made = Detector(FILES["side by side"]), stream(100)
     state, lines = watch.step(watch.start(), made)
     earlier = Chunk(made.time - 5000.0, made.channels)
-    more = windows(watch.step(watch.resume(state, may_repeat=False), earlier)[1])
+    more = windows(watch.step(watch.resumed(state, may_repeat=False), earlier)[1])
     assert 30 < len(more) < 100
     assert more[0].number == len(windows(lines))
 
 
 def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows_and_conditions_lapse():
     leaking, stuck = [20, 21, 25, 34, 47], [0, 1, *range(10, 14), *range(48, 60)]
-    lines = lines_of(Watch(FILES["side by side"]), [stream(70, leaking=leaking, stuck=stuck)])
+    lines = lines_of(Detector(FILES["side by side"]), [stream(70, leaking=leaking, stuck=stuck)])
     assert [line.number for line in windows(lines) if line.verdict.alarm] == leaking
     said = events_of(lines, EventKind.ALARM_RAISED, EventKind.ALARM_CLEARED)
     assert [each.time for each in said] == [20.999, 44.999, 47.999, 69.999]
@@ -175,7 +175,7 @@ def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows_and_conditio
 
 
 def test_with_a_chart_its_alarms_decide():
-    lines = lines_of(Watch(FILES["chart"]), [stream(60, leaking=range(30, 40))])
+    lines = lines_of(Detector(FILES["chart"]), [stream(60, leaking=range(30, 40))])
     first = next(line for line in windows(lines) if line.chart.alarm)
     (raised,) = events_of(lines, EventKind.ALARM_RAISED)
     assert 30 <= first.number < 40
@@ -191,7 +191,7 @@ def test_novel_windows_whose_score_comes_to_lie_beyond_the_limit_are_said_anew()
     file = file.model_copy(update={"ranges": detector(ranges=healthy).ranges})
     made = stream(60, leaking=range(20, 40))
     made.channels[Channel.CHAMBER_1_PRESSURE][10_000:40_000] += 20e6
-    lines = lines_of(Watch(file), [made])
+    lines = lines_of(Detector(file), [made])
     said = [event for event in events_of(lines, EventKind.NOVEL) if not event.is_silent]
     begun = [event for event in said if not event.is_end]
     assert [event.time for event in begun] == [10.0, 20.0]
@@ -210,7 +210,7 @@ def console():
 
 def view(n_window=24, file=FILE, chunk=LEAKING):
     """A view after so many windows of a stream that leaks in its second half."""
-    seen, watch = LiveView(file, "mqtts://broker.example/hall-2/press-1", console()), Watch(file)
+    seen, watch = LiveView(file, "mqtts://broker.example/hall-2/press-1", console()), Detector(file)
     state = watch.start()
     for first in range(0, n_window * 1000, 1000):
         some = part(chunk, first, first + 1000)
@@ -283,7 +283,7 @@ def machines(tmp_path_factory):
 
 def watched(study_detector, records, row):
     """Lines of a record as a stream of chunks of 0.33 s."""
-    watch = Watch(study_detector)
+    watch = Detector(study_detector)
     state, lines = watch.start(), []
     for first in range(0, records.n_time, 165):
         part = records.window(first, first + 165)

@@ -8,8 +8,7 @@ import pytest
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
-from hydrofdi.detectors.registry import make_score
-from hydrofdi.detectors.rules import Rules
+from hydrofdi.detectors.rules import Rules, make_score
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.scores import Direction, Kind
 from hydrofdi.execution import InProcessEngine

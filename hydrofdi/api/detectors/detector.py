@@ -11,175 +11,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.api.arguments import Names, names_of, path_of, refusal
-from hydrofdi.api.detectors.healthy_records import LeftOut
-from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched, windows_table
-from hydrofdi.api.measuring import constants_text
+from hydrofdi.api.detectors.healthy_records import LeftOut, analysed_batches
+from hydrofdi.api.detectors.windows import watched, windows_table
 from hydrofdi.api.sources import Said, open_records
-from hydrofdi.detectors.trained.conditions import coverage
+from hydrofdi.detectors.trained.detector import Detector as TrainedDetector
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
+from hydrofdi.detectors.trained.judged import Tally, judged_windows
+from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.indicators.selection import assumption_text
 from hydrofdi.report.table import Table
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import count_text, percent, plain, time_text
+from hydrofdi.settings.readable import percent
 from hydrofdi.store.files import require_regular, write_whole_text
-
-_HOUR = 3600.0
-_MOST_NAMED = 5
-
-_UNEVEN = 0.75
-"""Samples per period by which a window may miss whole periods: the period is known to half a sample."""
-
-
-def sentences(file: DetectorFile, left_out: LeftOut, *, is_unlabelled: bool) -> Iterator[str]:
-    """What the detector judges, what it promises, and what that rests on."""
-    feature, window = file.feature, file.config.window
-    channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
-    what = {
-        "time": f"windows of {window.duration:g} s" if window.duration else "",
-        "cycle": f"the first {window.duration or 0.0:g} s of each cycle of {window.channel}",
-        "estimate": f"each estimate of {file.config.indicator}",
-    }[window.by]
-    every = f", one every {window.every:g} s," if window.every and window.every != window.duration else ""
-    yield f"It judges {what}{every} at {file.sampling_frequency:g} Hz and needs {channels}."
-    if file.score is not None:
-        yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."
-    for constants in dict.fromkeys(constants_text(each.options) for each in feature.indicators.values()):
-        if constants:
-            yield f"It takes the actuator as {constants}."
-    if file.assumed:
-        assuming = (
-            label
-            for label, each in feature.indicators.items()
-            if not type(each.options).model_fields.keys().isdisjoint(file.assumed)
-        )
-        yield f"Warning: {assumption_text(', '.join(assuming), file.assumed)}."
-    if " at " in (meaning := feature.meaning):
-        yield f"The score is the {meaning}; studies state mean flows, which are smaller."
-    if file.chart is None:
-        yield f"A score {file.alarm_text} is an alarm."
-        yield _threshold(file)
-    yield from _basis(file, left_out, is_unlabelled=is_unlabelled)
-    if file.chart is not None or alarms_per_hour(file):
-        yield promise_text(file)
-
-
-def promise_text(file: DetectorFile) -> str:
-    """What the chart is set for, and what it keeps on healthy scores; without one, what is to be expected."""
-    chart, config, per_hour = file.chart, file.config.chart, alarms_per_hour(file)
-    if chart is None or config is None:
-        if per_hour is None:
-            return _threshold(file)
-        return (
-            f"Without a chart expect {count_text(24.0 * per_hour['wanted'])} false alarms a day; a chart for"
-            " one a day needs 24 h of healthy windows."
-        )
-    kept = "no false alarm" if chart.mean_time is None else f"one in {time_text(chart.mean_time)}"
-    least, most = chart.interval
-    ends = f"{time_text(least)} to {time_text(most)}" if most is not None else f"at least {time_text(least)}"
-    rests = "pieces of records" if chart.rests_on == "pieces" else chart.rests_on
-    return (
-        f"The chart {config.chart} has the limit {plain(chart.limit, 4)} healthy spreads, set for one false"
-        f" alarm in {time_text(config.false_alarm_every)}; its {time_text(chart.hours * _HOUR)} of healthy"
-        f" scores ({rests} resampled and joined) show {kept} ({ends})."
-    )
-
-
-def _threshold(file: DetectorFile) -> str:
-    limits, (low, high) = file.limits, file.limits.interval
-    at_most = "at most " if limits.method == "tolerance limit" else ""
-    hourly = ""
-    if per_hour := alarms_per_hour(file):
-        least, most = map(count_text, per_hour["interval"])
-        hourly = f": {count_text(per_hour['wanted'])} false alarms an hour ({least} to {most})"
-    rests = {
-        "windows": "windows taken as independent",
-        "fleet": f"{counted(file.basis.n_window, 'own window')} and the fleet {file.basis.fleet}",
-    }.get(limits.interval_rests_on, f"leave-one-{limits.interval_rests_on[:-1]}-out")
-    warmer = f" The limit allows {file.score_text(limits.allowance)} for oil that is 15 K warmer than in the"
-    warmer += " records, which do not state its temperature."
-    return (
-        f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per"
-        f" {'window' if file.n_sample else 'estimate'}; {100.0 * limits.confidence:.4g} % confidence interval"
-        f" {percent(low)} to {percent(high)} ({rests}){hourly}."
-        f"{warmer if limits.allowance else ''}"
-    )
-
-
-def _basis(file: DetectorFile, left: LeftOut, *, is_unlabelled: bool) -> Iterator[str]:
-    basis, window = file.basis, file.config.window
-    groups = f" in {counted(basis.n_group, 'group')}" if basis.n_group else ""
-    what = "windows that do not overlap" if file.n_sample else "estimates"
-    records, n_more = counted(basis.n_record, "healthy record"), len(basis.sources) - _MOST_NAMED
-    names = ", ".join(basis.sources[:_MOST_NAMED]) + (f" and {n_more:,} more" if n_more > 0 else "")
-    yield f"It rests on {basis.n_window:,} {what}, from {records}{groups}: {names}."
-    counts = {
-        "not judged": ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items()),
-        "records that are not healthy training records": left.n_leaking,
-        "records without a label": left.n_unlabelled,
-    }
-    if out := "; ".join(f"{kind} ({count})" for kind, count in counts.items() if count):
-        yield f"Left out: {out}."
-    yield coverage(file.conditions)
-    is_fit = {name for name, output in file.feature.outputs.items() if output.is_fit}
-    for name, count in basis.impossible.items():
-        if name not in is_fit:
-            yield f"Warning: {name} is physically impossible in {count:,} of them."
-    if unfit := [name for name in is_fit if 2 * basis.impossible.get(name, 0) > basis.n_window]:
-        yield (
-            f"Warning: by {' and '.join(sorted(unfit))} of most of them, the data sheet does not fit: the"
-            " limits hold for machines like these, but stated sizes of leaks may be wrong."
-        )
-    if basis.outlying:
-        far = [f"{name} ({counted(count, 'window')})" for name, count in basis.outlying.items()]
-        more = f" and {len(far) - _MOST_NAMED:,} more" if len(far) > _MOST_NAMED else ""
-        yield (
-            f"Warning: far beyond the other healthy records: {', '.join(far[:_MOST_NAMED])}{more}."
-            " If they are not healthy, a leak is hidden; train without them."
-        )
-    if basis.drive_period is not None and window.by == "time":
-        periods = (window.duration or 0.0) / basis.drive_period
-        missed = abs(periods - round(periods)) * basis.drive_period * file.sampling_frequency
-        if missed > _UNEVEN * max(1.0, periods):
-            yield (
-                f"Warning: a window lasts {periods:.5g} periods of the drive ({basis.drive_period:g} s), so"
-                " windows contain different parts of it; use a whole number of periods."
-            )
-    if is_unlabelled:
-        yield "No record has a label: all are assumed to be healthy."
-    n, one = (basis.n_group, "group") if basis.n_group else (basis.n_record, "record")
-    if n < FEWEST_GROUPS:
-        yield (
-            f"Warning: {counted(n, one)} can say little of false alarms on other days or machines; train on"
-            f" {FEWEST_GROUPS} or more."
-        )
-    if (
-        not file.chart
-        and file.limits.interval_rests_on == "windows"
-        and basis.n_window > max(basis.n_record, basis.n_group)
-    ):
-        yield "Windows of one record may depend on each other; then the true interval is wider."
-
-
-def alarms_per_hour(file: DetectorFile) -> dict[str, Any] | None:
-    """Alarms of healthy windows per hour of operation; None where windows do not come by time."""
-    every, limits = file.config.window.every, file.limits
-    if file.config.window.by != "time" or every is None:
-        return None
-    windows = _HOUR / every
-    return {
-        "wanted": limits.false_alarm_rate * windows,
-        "interval": [share * windows for share in limits.interval],
-    }
-
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.loop import Ending
 
 
-class Detector:
-    """A trained detector, which judges records window by window.
+class Detector(TrainedDetector):
+    """A trained detector, which judges records and streams window by window.
 
     `hydrofdi.train` makes one; `Detector.load` reads the file of one.
 
@@ -222,7 +71,8 @@ class Detector:
                 f"Detector: hydrofdi.Detector.load({file!r}) reads a detector file; hydrofdi.train(…) trains"
                 " a detector"
             )
-        self.file, self.path = file, path
+        super().__init__(file)
+        self.path = path
         self.left_out, self.is_unlabelled = left_out or LeftOut(), is_unlabelled
 
     @classmethod
@@ -268,7 +118,7 @@ class Detector:
     @property
     def channels(self) -> list[str]:
         """Names of the channels that it reads."""
-        return [channel.value for channel in channels_read(self.file)]
+        return [channel.value for channel in self.file.channels]
 
     @property
     def false_alarm_rate(self) -> float:
@@ -286,7 +136,8 @@ class Detector:
         return "\n".join(self._sentences())
 
     def _sentences(self) -> list[str]:
-        return [*sentences(self.file, self.left_out, is_unlabelled=self.is_unlabelled)]
+        left = self.left_out
+        return [*sentences(self.file, left.n_leaking, left.n_unlabelled, is_unlabelled=self.is_unlabelled)]
 
     def to_dict(self) -> dict[str, Any]:
         """The detector, its promise, and what was left out of its training."""
@@ -351,10 +202,11 @@ class Detector:
             Iterate over it once; afterwards it has counted them: ``n_judged``, ``n_alarm``, ``rate``.
         """
         said = Said(sampling_frequency, channel, unit)
-        sources = open_records(data, channels_read(self.file), said)
+        sources = open_records(data, self.file.channels, said)
         for source in sources:
             self.file.require_machine(source.data_sheet, source.name)
-        return Tally(self.file, chain.from_iterable(judged_windows(self.file, source) for source in sources))
+        batches = (batch for source in sources for batch in analysed_batches(source, labels=True))
+        return Tally(self.file, chain.from_iterable(judged_windows(self, batch) for batch in batches))
 
     def watch(
         self,
@@ -399,7 +251,7 @@ class Detector:
         """
         if not isinstance(chunks, Iterable):
             raise refusal("chunks", "chunks of samples, one after another", chunks)
-        return watched(self.file, chunks, Said(sampling_frequency, channel, unit))
+        return watched(self, chunks, Said(sampling_frequency, channel, unit))
 
     def monitor(
         self,
@@ -483,8 +335,7 @@ class Detector:
 
     def __repr__(self) -> str:
         low, high = (percent(share) for share in self.false_alarm_interval)
-        what = "windows" if self.file.n_sample else "estimates"
-        rate = f"false alarms in {percent(self.false_alarm_rate)} of healthy {what}"
+        rate = f"false alarms in {percent(self.false_alarm_rate)} of healthy {self.file.noun}s"
         rate = promise_text(self.file) if self.file.chart else f"{rate} ({low.removesuffix(' %')} to {high})"
         return f"{self.name}: alarm {self.file.alarm_text}; {rate}"
 

@@ -32,7 +32,6 @@ from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.detection.populations import n_computed_of
@@ -183,25 +182,14 @@ def train(
         for source in sources:
             of_fleet.require_machine(source.data_sheet, source.name)
     machine = of_machine(feature.indicators, sources)
-    stated, sheet = _of_machine(stated, machine), sources[0].data_sheet
-    used = {name for each in machine.values() for name in sheet_constants(each.options)}
-    records = HealthyRecords(sources, labels)
+    records, stated = HealthyRecords(sources, labels), _of_machine(stated, machine)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
     faulty = replace(records, is_faulty=True)
     names, fleet_name = [source.name for source in sources], "" if fleet is None else path_of(fleet).name
     is_measured = not any(isinstance(each, SimulatedRecords | StoredRecords) for each in sources)
     file = train_on(records, stated, names, made, faulty, of_fleet, fleet_name, is_measured)
     records.left_out.n_leaking -= faulty.n_taken if file.score and file.score.n_faulty else 0
-    assumed = tuple(
-        dict.fromkeys(name for each in machine.values() for name in constants_not_given(each.options))
-    )
-    detector = Detector(
-        file.model_copy(
-            update={"assumed": assumed, "data_sheet": {name: sheet[name] for name in sheet if name in used}}
-        ),
-        left_out=records.left_out,
-        is_unlabelled=records.is_unlabelled,
-    )
+    detector = Detector(file, left_out=records.left_out, is_unlabelled=records.is_unlabelled)
     if out is not None:
         detector.save(out)
     return detector

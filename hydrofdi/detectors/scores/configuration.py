@@ -8,8 +8,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
-from hydrofdi.detectors.rules import ChartConfig
+from hydrofdi.detectors.rules import ChartConfig, chart_kind, chart_names, score_kind, score_names
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.selection import indicators_file, label_mistake

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, TypeVar, cast, get_args, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.detectors.method import Method
+from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.scores import Array, Direction
 from hydrofdi.settings.messages import counted

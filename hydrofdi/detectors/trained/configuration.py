@@ -10,8 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError
 
-from hydrofdi.detectors.registry import chart_kind, make_chart, make_score, score_kind
-from hydrofdi.detectors.rules import ChartConfig, Promise
+from hydrofdi.detectors.rules import ChartConfig, Promise, chart_kind, make_chart, make_score, score_kind
 from hydrofdi.detectors.scores.configuration import (
     ScoreConfig,
     combined_numbers,

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError
 
-from hydrofdi.detectors.registry import score_kind
+from hydrofdi.detectors.rules import score_kind
 from hydrofdi.detectors.scores.contract import Fitted, from_data
 from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.errors import ConfigError, Issue
@@ -329,6 +329,19 @@ class DetectorFile(Part):
         if self.score is None or self.config.score is None:
             return None
         return self.score.fitted(self.config.score.kind)
+
+    @property
+    def n_every(self) -> int:
+        """Samples from one window or estimate to the next."""
+        indicator, frequency = self.feature.indicator, self.sampling_frequency
+        if self.config.window.by == "estimate" and isinstance(indicator, RecursiveIndicator):
+            return indicator.samples_per_estimate(frequency)
+        return self.config.window.n_every(self.n_sample, frequency)
+
+    @property
+    def noun(self) -> str:
+        """What is judged."""
+        return "window" if self.n_sample else "estimate"
 
     @property
     def score_name(self) -> str:

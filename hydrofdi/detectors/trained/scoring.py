@@ -5,15 +5,25 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.trained.conditions import TEMPERATURE, temperatures, widened
-from hydrofdi.detectors.trained.configuration import Feature
-from hydrofdi.detectors.trained.following import Estimator
-from hydrofdi.detectors.trained.measuring import channel_facts, measured_numbers, records_of
-from hydrofdi.errors import Issue
+from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+from hydrofdi.detectors.trained.measuring import (
+    TEMPERATURE,
+    Estimator,
+    Measured,
+    measured_windows,
+    of_row,
+    records_of,
+    temperatures,
+    without_scale,
+)
+from hydrofdi.detectors.trained.verdicts import channel_facts, widened
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.indicators.measuring import spool_remedy
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, EvenStream, TimeWindower, Window, Windower
 
@@ -23,12 +33,17 @@ _CHUNK = 2**17
 _MOST_SAMPLES = 2**21
 """Number of samples per channel that are measured at a time."""
 
+_WRONG_SIZES = {"unusual", "low_pressure"}
+"""Kinds of remarks on channels whose unit or gain is probably wrong."""
+
 
 class HealthyScores:
     """Scores of healthy records, and statistics of their channels.
 
     Attributes
     ----------
+    config, feature, channels : DetectorConfig, Feature, tuple of Channel
+        What is measured, and the channels that it reads.
     durations, own_groups, labels, names : list
         Duration [s], group, label and name of each record; group and label are empty if unknown.
     record : list of int, length n_score
@@ -50,12 +65,35 @@ class HealthyScores:
     conditions : dict of str to (float, float)
         Condition → its lowest and highest value.
     clearances : list of float
-        As from `measured_numbers`, of the windows that set limits.
+        As of `Measured`, of the windows that set limits.
     """
 
-    def __init__(self, feature: Feature, windower: Windower, estimator: Estimator | None = None) -> None:
-        self.feature, self.windower, self.estimator = feature, windower, estimator
-        self.n_sample = 0 if estimator else windower.n_sample
+    def __init__(self, config: DetectorConfig, first: RecordBatch, drive: tuple[float, float] | None) -> None:
+        window, frequency = config.window, first.sampling_frequency
+        if window.by == "estimate" and config.score is not None:
+            raise ConfigError("by=estimate: a score of several numbers is judged by windows")
+        if window.by == "estimate" and (window.duration or window.every):
+            raise ConfigError("by=estimate: there are no windows; 'interval' of the indicator sets the time")
+        if window.by == "cycle" and (window.duration is None or window.every is not None):
+            length = "give the length of each cycle, counted from its edge, as 'window' alone"
+            raise ConfigError(f"by=cycle: {length}")
+        self.config, self.first, self.feature = config, first, feature_of(config)
+        seen = self.feature.channels | (self.feature.optional_channels & first.channels.keys())
+        seen |= {window.channel} if window.by == "cycle" else set()
+        seen |= {TEMPERATURE} & first.channels.keys()
+        self.channels = tuple(channel for channel in Channel if channel in seen)
+        self.estimator: Estimator | None = None
+        self.windower: Windower
+        if window.by == "estimate":
+            self.estimator = Estimator(self.feature, self.channels, frequency)
+            n_look, self.n_sample = self.estimator.n_look, 0
+            self.windower = TimeWindower(n_look, n_look, self.channels, frequency)
+        else:
+            duration = first.duration if window.duration is None else window.duration
+            self.n_sample = round(duration * frequency)
+            if self.n_sample < 2:
+                raise ConfigError(f"window: {duration:g} s at {frequency:g} Hz are fewer than 2 samples")
+            self.windower = window.windower(self.n_sample, self.channels, frequency, drive)
         self.durations: list[float] = []
         self.own_groups: list[str] = []
         self.labels: list[str] = []
@@ -75,8 +113,16 @@ class HealthyScores:
         self.clearances: list[float] = []
         self._waiting: list[tuple[int, bool, Window]] = []
 
-    def take(self, batch: RecordBatch) -> None:
-        """Score the windows of records; some wait until `finish`."""
+    def read(self, batches: Iterable[RecordBatch]) -> None:
+        """Score the windows or estimates of records."""
+        for batch in batches:
+            if batch.n_record:
+                self._check(batch)
+                self._take(batch)
+        self._finish()
+
+    def _take(self, batch: RecordBatch) -> None:
+        """Score the windows of records; some wait until `_finish`."""
         for row in range(batch.n_record):
             self.durations.append(batch.duration)
             self.own_groups.append(batch.groups[row])
@@ -84,18 +130,18 @@ class HealthyScores:
             self.names.append(" ".join(dict.fromkeys((batch.sources[row], batch.record_ids[row]))).strip())
             if self.estimator is not None:
                 self._follow(self.estimator, batch, row)
-            end = -np.inf
+            end, nothing = -np.inf, np.full(len(self.feature.numbers), np.nan)
             for window in windows_along(batch, row, self.windower):
                 is_apart = bool(window.time[0] > end)
                 end = float(window.time[-1]) if is_apart else end
                 if window.fault is None:
                     self._waiting.append((len(self.numbers), is_apart, window))
                 if self.estimator is None:
-                    self._add(np.full(len(self.feature.numbers), np.nan), is_apart, window.fault)
+                    self._add(Measured(nothing, window.fault), is_apart)
                 if len(self._waiting) * self.windower.n_sample >= _MOST_SAMPLES:
-                    self.finish()
+                    self._finish()
 
-    def finish(self) -> None:
+    def _finish(self) -> None:
         """Score all windows that wait."""
         if not self._waiting:
             return
@@ -107,37 +153,72 @@ class HealthyScores:
             self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
         if self.estimator is not None:
             for row in np.flatnonzero(are_apart).tolist():
-                own = {name: float(values[row]) for name, values in temperatures(records).items()}
-                self.conditions = widened(self.conditions, own)
+                self.conditions = widened(self.conditions, of_row(temperatures(records), row))
             return
-        found = measured_numbers(records, self.feature)
-        is_known = [bool(each.all()) for each in np.isfinite(found.numbers)]
-        for row, place in enumerate(places):
-            self.numbers[place] = found.numbers[row]
-            if are_apart[row] and is_known[row]:
-                self._doubt(found.doubts[row], {name: float(own[row]) for name, own in found.fits.items()})
-                own = {name: float(values[row]) for name, values in found.conditions.items()}
-                self.conditions = widened(self.conditions, own)
-                self.clearances.append(float(found.clearances[row]))
-            if are_apart[row] and found.obstacles[row] is not None:
-                self._leave_out(Issue(found.obstacles[row] or "", kind="no_number"))
+        for place, is_apart, found in zip(
+            places, apart, measured_windows(records, self.feature), strict=True
+        ):
+            self.numbers[place] = found.numbers
+            if is_apart:
+                self._count(found)
 
     def _follow(self, estimator: Estimator, batch: RecordBatch, row: int) -> None:
         state = estimator.start()
         for piece in _pieces_along(batch, row, self.windower.channels):
             state, found = estimator.step(state, piece)
-            for each in found:
-                self._add(np.array([each.score]), True, each.fault)
-                self.clearances.append(each.score)
-                self._doubt(each.doubts, each.fits)
-                self.conditions = widened(self.conditions, each.conditions)
+            for _, each in found:
+                self._add(each, is_apart=True)
 
-    def _add(self, numbers: Array, is_apart: bool, fault: Issue | None) -> None:
+    def _add(self, found: Measured, is_apart: bool) -> None:
         self.record.append(len(self.durations) - 1)
-        self.numbers.append(numbers)
+        self.numbers.append(found.numbers)
         self.is_apart.append(is_apart)
-        if fault is not None and is_apart:
-            self._leave_out(fault)
+        if is_apart:
+            self._count(found)
+
+    def _count(self, found: Measured) -> None:
+        """Count faults and doubts of what sets limits, and note its conditions."""
+        if found.fault is not None:
+            self.not_judged[found.fault.kind] += 1
+            self.reasons[found.fault.message] += 1
+        if self.estimator is None and not np.isfinite(found.numbers).all():
+            return
+        for doubt in found.doubts:
+            self.n_impossible[doubt.where] += 1
+            self.n_refused[doubt.where] += doubt.kind != "misfit"
+            self.n_not_positive[doubt.where] += doubt.kind == "not_positive"
+        for name, value in found.fits.items():
+            self.fits[name] = float(np.fmax(self.fits.get(name, value), value))
+        self.conditions = widened(self.conditions, found.conditions)
+        self.clearances.append(found.clearance)
+
+    def _check(self, batch: RecordBatch) -> None:
+        """Check that a batch matches the first one."""
+        first, channels, config = self.first, self.channels, self.config
+        source, other = batch.sources[0], first.sources[0]
+        if batch.sampling_frequency != first.sampling_frequency:
+            raise DataError(
+                f"{source}: is sampled at {batch.sampling_frequency:g} Hz, but {other} at"
+                f" {first.sampling_frequency:g} Hz; a detector needs a single sampling frequency"
+            )
+        if missing := [channel for channel in channels if channel not in batch.channels]:
+            pairs = (
+                pair for pair in self.feature.indicators.items() if not pair[1].channels.isdisjoint(missing)
+            )
+            label, needs = next(pairs, (f"the detector after {other}", self.feature.indicator))
+            remedy = spool_remedy(missing, needs)
+            raise DataError(f"{source}: has no {' and no '.join(missing)}, which {label} needs{remedy}")
+        if obstacle := without_scale(batch, channels):
+            raise DataError(f"{source}: {obstacle}")
+        for remark in chain.from_iterable(() if config.accept else batch.remarks):
+            if remark.kind in _WRONG_SIZES and remark.where in channels:
+                raise DataError(f"{source}: {remark.message}; --accept trains anyway")
+        needs_length = config.window.by == "time" and config.window.duration is None
+        if needs_length and batch.n_time != first.n_time:
+            raise DataError(
+                f"{source}: lasts {batch.duration:g} s, but {other} {first.duration:g} s; give the duration"
+                " of a window as 'window'"
+            )
 
     @property
     def interval(self) -> float:
@@ -184,19 +265,6 @@ class HealthyScores:
     def has_groups(self) -> bool:
         """Whether groups were stated."""
         return any(self.own_groups)
-
-    def _doubt(self, doubts: Iterable[Issue], fits: Mapping[str, float]) -> None:
-        """Count the doubts about a window."""
-        for doubt in doubts:
-            self.n_impossible[doubt.where] += 1
-            self.n_refused[doubt.where] += doubt.kind != "misfit"
-            self.n_not_positive[doubt.where] += doubt.kind == "not_positive"
-        for name, value in fits.items():
-            self.fits[name] = float(np.fmax(self.fits.get(name, value), value))
-
-    def _leave_out(self, fault: Issue) -> None:
-        self.not_judged[fault.kind] += 1
-        self.reasons[fault.message] += 1
 
 
 def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterator[Window]:

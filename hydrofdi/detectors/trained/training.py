@@ -3,50 +3,44 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import chain
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.registry import make_chart, make_score
-from hydrofdi.detectors.run_lengths import FalseAlarms
+from hydrofdi.detectors.rules import make_score
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.detectors.scores.contract import cross_fitted_scores, healthy_scale, known_numbers, plain_data
-from hydrofdi.detectors.trained.conditions import TEMPERATURE
+from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,
-    Feature,
-    TimedChart,
     WindowConfig,
     direction_of,
     feature_of,
     stated_indicators,
 )
-from hydrofdi.detectors.trained.file import Basis, ChartLimit, DetectorFile, Limits, Made, Scale, TrainedScore
-from hydrofdi.detectors.trained.fleet import fleet_limits, fleet_of
-from hydrofdi.detectors.trained.following import Estimator, samples_looked_at, standardised
-from hydrofdi.detectors.trained.measuring import learned_range, without_scale
+from hydrofdi.detectors.trained.file import Basis, DetectorFile, Made, TrainedScore
+from hydrofdi.detectors.trained.limits import (
+    N_PIECE,
+    chart_limit,
+    chart_of,
+    fleet_limits,
+    fleet_of,
+    limits_of,
+    scale_of,
+    with_allowance,
+)
+from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.detectors.trained.scoring import HealthyScores
-from hydrofdi.errors import ConfigError, DataError, NotStatedError
-from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Direction, comparable
-from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.detectors.trained.verdicts import learned_range, standardised
+from hydrofdi.errors import DataError, NotStatedError
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.faults import CAUSES
-from hydrofdi.indicators.measuring import output_unit, spool_remedy
+from hydrofdi.indicators.measuring import output_unit
+from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
-from hydrofdi.records.streams import TimeWindower
 from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import time_text
-
-_WRONG_SIZES = {"unusual", "low_pressure"}
-"""Kinds of remarks on channels whose unit or gain is probably wrong."""
-
-_MOST_FOLDS = 25
-"""Maximum number of cross-validation folds; with more groups, several are left out at a time."""
-
-Drive = tuple[float, float]
 
 
 def train(
@@ -97,28 +91,27 @@ def train(
     first = next(batches, None)
     if first is None:
         raise NotStatedError(f"{healthy.name}: no healthy record")
-    config = config if fleet else _compensated(config, first)
     if fleet is not None and first.sampling_frequency != fleet.sampling_frequency:
         found_at, wanted = first.sampling_frequency, fleet.sampling_frequency
         raise DataError(f"{healthy.name}: is sampled at {found_at:g} Hz, but {fleet_name} at {wanted:g} Hz")
-    feature, direction = feature_of(config), direction_of(config)
-    seen = feature.channels | (feature.optional_channels & first.channels.keys())
-    seen |= {window.channel} if window.by == "cycle" else set()
-    seen |= {TEMPERATURE} & first.channels.keys()
-    channels = tuple(channel for channel in Channel if channel in seen)
-    found = _scores(chain([first], batches), first, channels, feature, config, drive)
-    teachers = None
+    stated, sheet = feature_of(config).indicators.values(), healthy.data_sheet
+    taken = {name for each in stated for name in sheet_constants(each.options)}
+    config = config if fleet else _compensated(config, first)
+    direction, found = direction_of(config), HealthyScores(config, first, drive)
+    found.read(chain([first], batches))
+    feature, teachers = found.feature, None
     if faulty is not None and is_stated:
-        teachers = _scores(faulty.batches(labels=True), first, channels, feature, config, drive)
-    trained = _learn(found, feature, config, teachers, None if fleet is None else fleet.score)
-    _require_scores(found, feature, config, healthy)
-    chart = _chart(config, found, direction)
+        teachers = HealthyScores(config, first, drive)
+        teachers.read(faulty.batches(labels=True))
+    trained = _learn(found, teachers, None if fleet is None else fleet.score)
+    _require_scores(found, healthy.name)
+    chart = chart_of(found, direction)
     others = ""
     try:
-        limits = limits_of(found, config, direction, has_chart=chart is not None)
-        own = _scale(found.scores)
-        if is_measured and TEMPERATURE not in channels and config.compensate and config.score is None:
-            limits = _with_allowance(limits, found, feature.described.unit)
+        limits = limits_of(found, direction, has_chart=chart is not None)
+        own = scale_of(found.scores)
+        if is_measured and TEMPERATURE not in found.channels and config.compensate and config.score is None:
+            limits = with_allowance(limits, found, feature.described.unit)
     except NotStatedError:
         if fleet is None or fleet.fleet is None or config.threshold != "quantile":
             raise
@@ -131,7 +124,7 @@ def train(
     in_full: dict[str, Any] = {
         "direction": direction,
         "chart": chart,
-        "window": _window_in_full(window, found),
+        "window": _window_in_full(found),
     }
     if config.score is None:
         in_full["options"] = feature.indicator.options.model_dump(mode="json")
@@ -141,12 +134,14 @@ def train(
     return DetectorFile(
         made=made,
         config=config.model_copy(update=in_full),
+        assumed=tuple(dict.fromkeys(name for each in stated for name in constants_not_given(each.options))),
+        data_sheet={name: sheet[name] for name in sheet if name in taken},
         indicator_versions={label: each.version for label, each in used.indicators.items()},
         score=trained,
         unit="1"
         if config.score is not None and config.score.kind != "compensated"
         else output_unit(feature.indicator, feature.described, first),
-        channels=channels,
+        channels=found.channels,
         sampling_frequency=first.sampling_frequency,
         n_sample=found.n_sample,
         basis=_basis(
@@ -155,7 +150,7 @@ def train(
         fleet=fleet_of(found.scores, found.of_scores),
         healthy=own,
         limits=limits,
-        chart=None if chart is None else _chart_limit(found, chart, own, direction, config.confidence),
+        chart=None if chart is None else chart_limit(found, chart, own, direction),
         ranges={channel: learned_range(channel, facts) for channel, facts in found.facts.items()},
         conditions=dict(sorted(found.conditions.items())),
         positive=tuple(
@@ -180,7 +175,7 @@ def _compensated(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
     return config.model_copy(update=own)
 
 
-def _drive(healthy: RecordSource, channel: Channel) -> Drive:
+def _drive(healthy: RecordSource, channel: Channel) -> tuple[float, float]:
     """Lowest and highest value of the channel whose edges start cycles, over all healthy records."""
     low, high = np.inf, -np.inf
     for batch in healthy.batches(labels=True):
@@ -196,86 +191,13 @@ def _drive(healthy: RecordSource, channel: Channel) -> Drive:
     return low, high
 
 
-def _scores(
-    batches: Iterable[RecordBatch],
-    first: RecordBatch,
-    channels: Sequence[Channel],
-    feature: Feature,
-    config: DetectorConfig,
-    drive: Drive | None,
-) -> HealthyScores:
-    """The scores of records by windows or estimates; without a duration, windows are whole records."""
-    window, frequency = config.window, first.sampling_frequency
-    if window.by == "estimate" and feature.score is not None:
-        raise ConfigError("by=estimate: a score of several numbers is judged by windows")
-    if window.by == "estimate" and (window.duration or window.every):
-        raise ConfigError("by=estimate: there are no windows; 'interval' of the indicator sets the time")
-    if window.by == "cycle" and (window.duration is None or window.every is not None):
-        raise ConfigError("by=cycle: give the length of each cycle, counted from its edge, as 'window' alone")
-    if window.by == "estimate":
-        estimator = Estimator(feature, channels, frequency)
-        n_look = samples_looked_at(estimator.indicator, frequency)
-        found = HealthyScores(feature, TimeWindower(n_look, n_look, channels, frequency), estimator)
-    else:
-        duration = first.duration if window.duration is None else window.duration
-        n_sample = round(duration * frequency)
-        if n_sample < 2:
-            raise ConfigError(f"window: {duration:g} s at {frequency:g} Hz are fewer than 2 samples")
-        found = HealthyScores(feature, window.windower(n_sample, channels, frequency, drive))
-    for batch in batches:
-        if batch.n_record:
-            _check(batch, first, channels, feature, config)
-            found.take(batch)
-    found.finish()
-    return found
-
-
-def _check(
-    batch: RecordBatch,
-    first: RecordBatch,
-    channels: Sequence[Channel],
-    feature: Feature,
-    config: DetectorConfig,
-) -> None:
-    """Check that a batch matches the first one."""
-    source, other = batch.sources[0], first.sources[0]
-    if batch.sampling_frequency != first.sampling_frequency:
-        raise DataError(
-            f"{source}: is sampled at {batch.sampling_frequency:g} Hz, but {other} at"
-            f" {first.sampling_frequency:g} Hz; a detector needs a single sampling frequency"
-        )
-    if missing := [channel for channel in channels if channel not in batch.channels]:
-        pairs = (pair for pair in feature.indicators.items() if not pair[1].channels.isdisjoint(missing))
-        label, needs = next(pairs, (f"the detector after {other}", feature.indicator))
-        remedy = spool_remedy(missing, needs)
-        raise DataError(f"{source}: has no {' and no '.join(missing)}, which {label} needs{remedy}")
-    if obstacle := without_scale(batch, channels):
-        raise DataError(f"{source}: {obstacle}")
-    for remark in chain.from_iterable(() if config.accept else batch.remarks):
-        if remark.kind in _WRONG_SIZES and remark.where in channels:
-            raise DataError(f"{source}: {remark.message}; --accept trains anyway")
-    needs_length = config.window.by == "time" and config.window.duration is None
-    if needs_length and batch.n_time != first.n_time:
-        raise DataError(
-            f"{source}: lasts {batch.duration:g} s, but {other} {first.duration:g} s; give the duration of a"
-            f" window as 'window'"
-        )
-
-
-_N_PIECE = 20
-"""Pieces of a single record by which a score is cross-fitted, and of few records for the limit of a chart."""
-
-
 def _learn(
-    found: HealthyScores,
-    feature: Feature,
-    config: DetectorConfig,
-    teachers: HealthyScores | None,
-    learned: TrainedScore | None = None,
+    found: HealthyScores, teachers: HealthyScores | None, learned: TrainedScore | None
 ) -> TrainedScore | None:
     """Set the scores of healthy windows: the number itself, the score that a fleet learned, or the
     cross-fitted score of several numbers.
     """
+    config, feature = found.config, found.feature
     n_healthy, both = len(found.numbers), [found] if teachers is None else [found, teachers]
     if config.score is None or not n_healthy:
         found.all_scores = np.array(found.numbers).reshape(-1)
@@ -299,7 +221,7 @@ def _learn(
         groups += [each.own_groups[record] or f"record {first + record:09d}" for record in each.record]
         first += len(each.durations)
     if len(set(groups)) == 1:
-        groups = [f"piece {_N_PIECE * place // n_healthy}" for place in range(n_healthy)]
+        groups = [f"piece {N_PIECE * place // n_healthy}" for place in range(n_healthy)]
     used = np.ascontiguousarray(values[:, kept])
     found.all_scores = cross_fitted_scores(score, used, is_faulty, groups, is_fit=is_fit)[:n_healthy]
     fitted = score.fit(used[is_fit], is_faulty[is_fit])
@@ -311,76 +233,12 @@ def _learn(
     )
 
 
-def _chart(config: DetectorConfig, found: HealthyScores, direction: Direction) -> TimedChart | None:
-    """The chart that is asked for, with all options; the usual one if the records carry its promise.
-
-    Its direction refers to scores that rise with leakage.
-    """
-    chart, usual = config.chart, TimedChart()
-    if "chart" not in config.model_fields_set and comparable(found.hours * 3600.0) >= usual.false_alarm_every:
-        chart = usual
-    if chart is None:
-        return None
-    turned = Direction.BOTH if direction is Direction.BOTH else Direction.RISING
-    made = make_chart(chart.chart, {"direction": turned, **chart.options})
-    return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
-
-
-def _window_in_full(window: WindowConfig, found: HealthyScores) -> WindowConfig:
+def _window_in_full(found: HealthyScores) -> WindowConfig:
+    window = found.config.window
     if not found.n_sample:
         return window
     every = window.every or (found.duration if window.by == "time" else None)
     return window.model_copy(update={"duration": found.duration, "every": every})
-
-
-def _chart_limit(
-    found: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction, confidence: float
-) -> ChartLimit:
-    """Limit that healthy scores, in time order, reach once within the required time on average."""
-    starts = np.searchsorted(found.record, range(1, len(found.durations)))
-    lines = np.split(standardised(found.all_scores, healthy, direction), starts)
-    groups: list[str] | None = None
-    rests_on: Literal["pieces", "records", "groups"] = "pieces"
-    if len(set(found.groups)) >= FEWEST_GROUPS:
-        groups, rests_on = found.groups, "groups" if found.has_groups else "records"
-    else:
-        length = max(1, sum(line.size for line in lines) // _N_PIECE)
-        lines = [line[first : first + length] for line in lines for first in range(0, line.size, length)]
-    streams = np.full((len(lines), max(line.size for line in lines)), np.nan)
-    for row, line in enumerate(lines):
-        streams[row, : line.size] = line
-    alarms = FalseAlarms(
-        make_chart(chart.chart, chart.options), streams, found.interval, groups=groups
-    ).limit(chart.false_alarm_every, confidence=confidence)
-    return ChartLimit(
-        limit=alarms.value,
-        mean_time=_finite(alarms.mean_time),
-        interval=(alarms.low, _finite(alarms.high)),
-        hours=alarms.duration / 3600.0,
-        rests_on=rests_on,
-    )
-
-
-_WARMER = 0.6
-"""Growth of the flow through clearances with oil that is 15 K warmer, at 3 % less viscosity per kelvin."""
-
-
-def _with_allowance(limits: Limits, found: HealthyScores, unit: str) -> Limits:
-    """The limits of a flow, which contains that of the valve clearances, with an allowance for warmer oil."""
-    allowance = _WARMER * float(np.nanmedian(found.clearances))
-    if unit != "m^3/s" or limits.high is None or limits.low is not None or not allowance > 0.0:
-        return limits
-    return limits.model_copy(update={"high": limits.high + allowance, "allowance": allowance})
-
-
-def _scale(scores: Array) -> Scale:
-    centre, spread = healthy_scale(scores)
-    return Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
-
-
-def _finite(value: float) -> float | None:
-    """The value; None if it is infinite."""
-    return value if np.isfinite(value) else None
 
 
 def _no_score(found: HealthyScores, label: str) -> NotStatedError:
@@ -390,16 +248,14 @@ def _no_score(found: HealthyScores, label: str) -> NotStatedError:
     return NotStatedError(f"no healthy record has {label}: {reason}")
 
 
-def _require_scores(
-    found: HealthyScores, feature: Feature, config: DetectorConfig, healthy: RecordSource
-) -> None:
+def _require_scores(found: HealthyScores, name: str) -> None:
     """Check that there are scores, and that estimates are possible in at least half of the windows."""
     if not found.scores.size:
-        raise _no_score(found, feature.label)
-    for name, count in () if config.accept else found.n_refused.items():
+        raise _no_score(found, found.feature.label)
+    for output, count in () if found.config.accept else found.n_refused.items():
         if 2 * count > found.scores.size:
             raise DataError(
-                f"{healthy.name}: {name} is beyond what the described actuator allows in {count:,} of"
+                f"{name}: {output} is beyond what the described actuator allows in {count:,} of"
                 f" {found.scores.size:,} healthy windows: {CAUSES} --accept trains anyway"
             )
 
@@ -431,62 +287,4 @@ def _basis(
         fleet=fleet,
         outlying=dict(Counter(found.names[record] for record, is_far in far if is_far)),
         drive_period=drive_period,
-    )
-
-
-def limits_of(
-    found: HealthyScores, config: DetectorConfig, direction: Direction, *, has_chart: bool = False
-) -> Limits:
-    """Set the limits of a score.
-
-    If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
-    each record or group is tested with the limits of the others. Otherwise, or if too few windows remain
-    without a record, windows are assumed independent and the interval follows from order statistics. If
-    groups are stated, windows of a group are dependent, and too few groups are an error. With a chart, which
-    alarms in place of the limits, too few windows are none: then the extreme healthy scores are the limits.
-    """
-
-    def rule(scores: Array) -> Threshold:
-        try:
-            return config.set_threshold(scores, direction)
-        except NotStatedError as refusal:
-            if (needed := refusal.records_needed) is None:
-                raise
-            what = "windows that do not overlap" if found.n_sample else "estimates"
-            total = needed + found.scores.size - scores.size
-            raise NotStatedError(
-                f"{str(refusal).partition(' needs ')[0]} needs {needed:,} healthy {what}"
-                f" ({time_text(needed * found.duration)}), and there are {scores.size:,}"
-                f"{'' if total == needed else f' without one of the groups, so {total:,} in all'}",
-                needed,
-            ) from None
-
-    try:
-        threshold = rule(found.scores)
-    except NotStatedError:
-        if not has_chart:
-            raise
-        least = direction.n_side / (found.scores.size + 1)
-        config = config.model_copy(update={"false_alarm_rate": least, "threshold": "quantile"})
-        threshold = rule(found.scores)
-    groups = found.of_scores
-    rests_on: Literal["windows", "records", "groups"] = "windows"
-    interval = threshold.interval
-    if 1 < np.unique(groups).size < groups.size:
-        names: Any = groups
-        try:
-            outcomes = left_out_outcomes(found.scores, names % _MOST_FOLDS, rule)
-            rate = alarm_rate(outcomes, groups=names, confidence=threshold.confidence)
-            rests_on, interval = "groups" if found.has_groups else "records", (rate.low, rate.high)
-        except NotStatedError:
-            if found.has_groups and not has_chart:
-                raise
-    return Limits(
-        low=_finite(threshold.low),
-        high=_finite(threshold.high),
-        false_alarm_rate=config.false_alarm_rate,
-        interval=interval,
-        confidence=config.confidence,
-        method=threshold.method,
-        interval_rests_on=rests_on,
     )

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.registry import make_score, score_kind, score_names
+from hydrofdi.detectors.rules import make_score, score_kind, score_names
 from hydrofdi.detectors.scores.contract import from_data, plain_data
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.roc import area_under_curve, learned_direction
@@ -182,7 +182,7 @@ WITHOUT_THE_EXTRA = """
 import sys; sys.modules["sklearn"] = None
 import numpy as np
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.detectors.registry import make_score, score_names
+from hydrofdi.detectors.rules import make_score, score_names
 values, is_faulty = np.random.default_rng(1).normal(size=(80, 3)), np.arange(80) >= 40
 for name in score_names():
     try:
@@ -200,7 +200,7 @@ def test_without_the_extra_scores_say_what_to_install():
 
 def test_the_room_loads_scikit_learn_only_to_fit():
     code = (
-        "import sys; from hydrofdi.detectors.registry import score_kind, score_names;"
+        "import sys; from hydrofdi.detectors.rules import score_kind, score_names;"
         "[score_kind(name) for name in score_names()]; print('sklearn' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -17,7 +17,7 @@ class Records:
     A source of records, as training reads them.
     """
 
-    name = "made"
+    name, data_sheet = "made", {}
 
     def __init__(self, means, groups=(), labels=None, **more):
         self.means, self.groups, self.labels, self.more = [*means], tuple(groups), labels, more

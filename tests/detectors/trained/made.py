@@ -2,9 +2,18 @@
 
 import numpy as np
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
-from hydrofdi.detectors.trained.file import Basis, DetectorFile, Limits, Made, Scale, detector_text
-from hydrofdi.detectors.trained.measuring import Judge, channel_facts, learned_range
+from hydrofdi.detectors.trained.configuration import DetectorConfig, TimedChart, feature_of
+from hydrofdi.detectors.trained.detector import Detector
+from hydrofdi.detectors.trained.file import (
+    Basis,
+    ChartLimit,
+    DetectorFile,
+    Limits,
+    Made,
+    Scale,
+    detector_text,
+)
+from hydrofdi.detectors.trained.verdicts import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 
@@ -75,14 +84,26 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
     )  # fmt: skip
 
 
+def with_limit(factor, has_ranges=False, **config):
+    """A detector of the noise of P1, with a limit above the scores of healthy windows by this factor."""
+    healthy = [window(number, 100 + number) for number in range(20)]
+    learned = healthy if has_ranges else ()
+    scores = [verdict.score for verdict in Detector(detector(ranges=learned, **config)).score(healthy)]
+    scale = (float(np.median(scores)), float(np.std(scores)))
+    return detector(limits=(None, factor * max(scores)), scale=scale, ranges=learned, **config)
+
+
+def with_chart(file, chart="cusum", limit=8.0, **options):
+    """The same with a chart of this limit."""
+    known = ChartLimit(limit=limit, mean_time=None, interval=(0.0, None), hours=1.0)
+    config = file.config.model_copy(update={"chart": TimedChart(chart=chart, options=options)})
+    return file.model_copy(update={"chart": known, "config": config})
+
+
 def noise_detector(folder, **config):
     """The file of a detector of the noise of P1."""
-    healthy = [window(number, 100 + number) for number in range(20)]
-    scores = [verdict.score for verdict in Judge(detector(ranges=healthy, **config)).judge(healthy)]
-    scale = (float(np.median(scores)), float(np.std(scores)))
-    file = detector(limits=(None, 1.2 * max(scores)), scale=scale, ranges=healthy, **config)
     path = folder / "detector.json"
-    path.write_text(detector_text(file), encoding="utf-8")
+    path.write_text(detector_text(with_limit(1.2, has_ranges=True, **config)), encoding="utf-8")
     return path
 
 

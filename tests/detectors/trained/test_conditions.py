@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.detectors.trained.conditions import coverage, outside
-from hydrofdi.detectors.trained.measuring import verdict_of
+from hydrofdi.detectors.trained.lines import line_record
+from hydrofdi.detectors.trained.measuring import Measured
+from hydrofdi.detectors.trained.verdicts import coverage, outside, verdict_of
 from hydrofdi.errors import NotStatedError
-from hydrofdi.monitor.lines import line_record
 from tests.commands import run_hydrofdi
 from tests.detectors.trained.test_training import trained
 
@@ -38,20 +38,6 @@ def test_the_file_keeps_the_temperatures_and_the_summary_says_them_on_one_line()
     assert "It covers oil temperature 27.0 °C to 47.0 °C." in detector.summary.splitlines()
 
 
-@pytest.mark.parametrize(("span", "is_narrow"), [(9.0, True), (11.0, False)])
-def test_a_narrow_range_asks_for_warm_and_cold_records(span, is_narrow):
-    (line,) = [
-        line for line in own(np.linspace(300.0, 300.0 + span, 30)).summary.splitlines() if "covers" in line
-    ]
-    assert ("record warm and cold" in line) is is_narrow
-
-
-def test_an_unknown_temperature_asks_for_warm_and_cold_records():
-    text = coverage({})
-    assert "oil temperature is not recorded" in text
-    assert "record warm and cold" in text
-
-
 @pytest.mark.parametrize(("span", "is_narrow"), [(0.08, True), (0.12, False)])
 def test_a_bulk_modulus_that_hardly_varies_is_narrow(span, is_narrow):
     covered = {"oil_temperature": (300.0, 320.0), "balance.bulk_modulus": (500e6, 500e6 * (1.0 + span))}
@@ -71,7 +57,7 @@ def test_a_window_outside_of_the_covered_temperatures_is_novel_and_names_them():
 def test_lines_state_the_mean_oil_temperature():
     detector, temperatures = own(np.linspace(300.15, 320.15, 30)), [305.0, 310.0]
     windows = detector.windows(records(temperatures), sampling_frequency=100)
-    told = [line_record(window.line)["oil_temperature"] for window in windows]
+    told = [line_record(window)["oil_temperature"] for window in windows]
     assert told == pytest.approx(temperatures)
 
 
@@ -97,10 +83,11 @@ def test_of_an_estimate_outside_its_range_an_alarm_stays_and_other_windows_are_n
     file = file.model_copy(update={"conditions": {"b.bulk_modulus": (500e6, 600e6)}})
     high = file.limits.high
     for score, is_alarm in ((high + 1.0, True), (high - 1.0, None)):
-        found = verdict_of(file, score, conditions={"b.bulk_modulus": 900e6})
+        found = verdict_of(file, score, Measured(np.array([score]), conditions={"b.bulk_modulus": 900e6}))
         assert found.alarm is is_alarm
         assert "b.bulk_modulus is 900 MPa" in (found.doubt or found.fault.message)
-    assert verdict_of(file, high + 1.0, conditions={"b.bulk_modulus": 550e6}).doubt == ""
+    within = Measured(np.array([high + 1.0]), conditions={"b.bulk_modulus": 550e6})
+    assert verdict_of(file, high + 1.0, within).doubt == ""
 
 
 def test_few_windows_leave_more_room():
@@ -146,7 +133,7 @@ def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
         "oil_temperature", "weak_rls.bulk_modulus", "weak_rls.supply_pressure",
     }  # fmt: skip
     *_, last = detector.windows(channels, sampling_frequency=frequency)
-    assert last.line.verdict.temperature == pytest.approx(310.0)
+    assert last.verdict.temperature == pytest.approx(310.0)
     assert detector.file.limits.allowance == 0.0
     unknown = {name: samples for name, samples in channels.items() if name != "oil_temperature"}
     allowing = hydrofdi.train(unknown, config=config, sampling_frequency=frequency)

@@ -7,38 +7,40 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, TimedChart, feature_of
-from hydrofdi.detectors.trained.file import ChartLimit, Made
-from hydrofdi.detectors.trained.following import Estimator, Follower, ScoreChart
-from hydrofdi.detectors.trained.measuring import Judge, Verdict, channel_facts, learned_range, records_of
+from hydrofdi.detectors.rules import make_chart
+from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of
+from hydrofdi.detectors.trained.detector import Detector
+from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.lines import WindowLine
+from hydrofdi.detectors.trained.measuring import Estimator, records_of
 from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.trained.verdicts import Verdict, channel_facts, learned_range
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.healthy import Records
-from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+from tests.detectors.trained.made import FREQUENCY, detector, signals, window, with_chart
 
 HEALTHY = [window(number, seed) for number, seed in enumerate(range(20))]
 P1 = Channel.CHAMBER_1_PRESSURE
 
 
 def judged(file, *windows):
-    return Judge(file).judge(windows)
+    return Detector(file).score(windows)
 
 
 @pytest.mark.parametrize("name", indicator_names())
 def test_a_window_is_judged_alike_alone_and_among_others(name):
     number = {"output": "coefficients[5]"} if name == "volterra" else {}  # its other outputs are arrays
     file = detector(name, direction="both", ranges=HEALTHY[:5], **number)
-    judge = Judge(file)
+    trained = Detector(file)
     windows = [*HEALTHY[:5], window(5, fault=Issue("is missing", kind="missing"))]
-    together = judge.judge(windows)
-    assert together == [judge.judge([each])[0] for each in windows]
-    assert judge.judge(windows[::-1]) == together[::-1]
-    assert judge.judge([]) == []
+    together = trained.score(windows)
+    assert together == [trained.score([each])[0] for each in windows]
+    assert trained.score(windows[::-1]) == together[::-1]
+    assert trained.score([]) == []
 
 
 def test_scores_beyond_a_limit_are_alarms_and_those_on_it_are_not():
@@ -136,19 +138,16 @@ SCORES = 10.0 + 2.0 * np.random.default_rng(5).standard_normal(60) + np.repeat([
 OPTIONS = {"direction": "rising"}
 
 
-def charted(direction="rising", limit=6.0, name="cusum"):
+def charted(direction="rising", limit=6.0):
     bound = {"rising": (None, 1e9), "falling": (-1e9, None)}[direction]
     file = detector(limits=bound, scale=(10.0, 2.0), direction=direction)
-    chart = TimedChart(chart=name, options=OPTIONS)
-    limits = ChartLimit(limit=limit, mean_time=None, interval=(0.0, None), hours=1.0)
-    config = file.config.model_copy(update={"chart": chart})
-    return file.model_copy(update={"config": config, "chart": limits})
+    return with_chart(file, limit=limit, **OPTIONS)
 
 
-def readings(chart, verdicts):
-    state, found = chart.start(), []
+def readings(file, verdicts):
+    detector, state, found = Detector(file), {"memory": np.zeros((1, 2))}, []
     for verdict in verdicts:
-        state, reading = chart.step(state, verdict)
+        state, reading = detector._reading(state, verdict)
         found.append(reading)
     return found
 
@@ -159,7 +158,7 @@ def judged_charting(scores):
 
 @pytest.mark.parametrize(("direction", "scores"), [("rising", SCORES), ("falling", 20.0 - SCORES)])
 def test_it_is_the_chart_of_standardised_scores(direction, scores):
-    found = readings(ScoreChart(charted(direction)), judged_charting(scores))
+    found = readings(charted(direction), judged_charting(scores))
     expected = make_chart("cusum", OPTIONS).follow((SCORES - 10.0)[None] / 2.0, 6.0)[0]
     np.testing.assert_array_equal([reading.statistic for reading in found], expected)
     assert [reading.alarm for reading in found] == (expected >= 6.0).tolist()
@@ -171,8 +170,8 @@ def test_what_is_not_judged_passes_it_by():
     novel = Verdict(1e6, None, None, Issue("is novel", kind="novel"))
     lost = Verdict(None, None, None, Issue("is missing", kind="missing"))
     mixed = [each for verdict in judged_charting(SCORES) for each in (novel, verdict, lost)]
-    found = readings(ScoreChart(charted()), mixed)
-    assert found[1::3] == readings(ScoreChart(charted()), judged_charting(SCORES))
+    found = readings(charted(), mixed)
+    assert found[1::3] == readings(charted(), judged_charting(SCORES))
     assert all(reading.statistic is None and not reading.alarm for reading in found[::3] + found[2::3])
 
 
@@ -201,7 +200,7 @@ CUTS = st.lists(st.integers(1, N_SAMPLE - 1), max_size=5).map(lambda cuts: sorte
 
 def follower_of(name="weak_rls", **options):
     more = {"options": FOLLOWED | options, "direction": "both", "window": {"by": "estimate"}}
-    return Follower(detector(name, limits=(-1e300, 1e300), **more))
+    return Detector(detector(name, limits=(-1e300, 1e300), **more))
 
 
 def piece(first=0, stop=N_SAMPLE, begins_anew=None, lost=(), start=0.0):
@@ -216,9 +215,10 @@ def piece(first=0, stop=N_SAMPLE, begins_anew=None, lost=(), start=0.0):
 def followed(follower, *pieces):
     state, instants, verdicts = follower.start(), [], []
     for each in pieces:
-        state, times, found = follower.step(state, each)
-        instants += times.tolist()
-        verdicts += found
+        state, found = follower.step(state, each)
+        lines = [line for line in found if isinstance(line, WindowLine)]
+        instants += [line.end for line in lines]
+        verdicts += [line.verdict for line in lines]
     return instants, verdicts
 
 
@@ -249,10 +249,11 @@ def test_estimates_are_those_of_the_record_after_the_transient(name):
     estimator = Estimator(feature, channels, FREQUENCY)
     _, found = estimator.step(estimator.start(), piece())
     trace = feature.indicator.trace(records_of([window(seed=3)], channels, FREQUENCY)).since(0.2 - 1e-9)
-    np.testing.assert_array_equal([each.score for each in found], trace.values[feature.described.name][0])
-    assert all(np.isfinite(each.score) == (each.fault is None) for each in found)
-    np.testing.assert_allclose([each.time for each in found], trace.time, rtol=0, atol=1e-12)
-    assert found[0].time >= 0.2 - 1e-9
+    scores, times = [each.numbers[0] for _, each in found], [piece().time[place] for place, _ in found]
+    np.testing.assert_array_equal(scores, trace.values[feature.described.name][0])
+    assert all(np.isfinite(each.numbers[0]) == (each.fault is None) for _, each in found)
+    np.testing.assert_allclose(times, trace.time, rtol=0, atol=1e-12)
+    assert times[0] >= 0.2 - 1e-9
 
 
 def test_it_begins_anew_behind_a_gap():
@@ -285,8 +286,9 @@ def test_an_indicator_that_lost_its_score_for_good_begins_anew_and_says_so():
     def estimates(*cuts):
         state, found = estimator.start(), []
         for first, stop in pairwise([0, *cuts, N_SAMPLE]):
-            state, more = estimator.step(state, piece(first, stop))
-            found += [(each.time, each.fault, None if each.fault else each.score) for each in more]
+            part = piece(first, stop)
+            state, more = estimator.step(state, part)
+            found += [(part.time[at], each.fault, each.fault or each.numbers[0]) for at, each in more]
         return found
 
     found = estimates()
@@ -312,13 +314,13 @@ def test_an_indicator_without_a_score_yet_is_waited_for():
 
 def test_its_state_is_arrays_and_stays_as_it_was():
     follower = follower_of("ekf_joint")
-    state, _, _ = follower.step(follower.start(), piece(0, 500))
+    state, _ = follower.step(follower.start(), piece(0, 500))
     before = {name: np.array(array) for name, array in state.items()}
     first = follower.step(state, piece(500, begins_anew=False))
     assert all(array.dtype != object for array in before.values())
     for name, array in before.items():
         np.testing.assert_array_equal(state[name], array)
-    assert follower.step(before, piece(500, begins_anew=False))[2] == first[2]
+    assert follower.step(before, piece(500, begins_anew=False))[1] == first[1]
 
 
 def healthy_ranges(channels):
@@ -356,7 +358,7 @@ def slower(time, _):
 )
 def test_estimates_of_unsound_samples_are_not_judged(change, kind):
     file = follower_of("sliding", **SLIDING).file
-    follower = Follower(file.model_copy(update={"ranges": healthy_ranges(file.channels)}))
+    follower = Detector(file.model_copy(update={"ranges": healthy_ranges(file.channels)}))
     whole = long_piece(change)
     instants, verdicts = followed(follower, whole)
     before = [verdict.fault for time, verdict in zip(instants, verdicts, strict=True) if time < 3.0]

@@ -11,8 +11,8 @@ from scipy.stats import norm
 
 from hydrofdi.api.detectors.detector import Detector
 from hydrofdi.detectors.trained.configuration import DetectorConfig
+from hydrofdi.detectors.trained.detector import Detector as Trained
 from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
@@ -120,7 +120,7 @@ def test_a_limit_is_the_score_that_the_detector_gives_that_window():
         Window(row, np.arange(4) / 4.0, {Channel.CHAMBER_1_PRESSURE: mean + PATTERN})
         for row, mean in enumerate(means)
     ]
-    scores = [verdict.score for verdict in Judge(file).judge(windows)]
+    scores = [verdict.score for verdict in Trained(file).score(windows)]
     assert sorted(scores)[-2] == file.limits.high
 
 

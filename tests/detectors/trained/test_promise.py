@@ -2,7 +2,7 @@
 
 import pytest
 
-from hydrofdi.detectors.trained.consequence import consequence
+from hydrofdi.detectors.trained.promise import consequence
 from tests.detectors.trained.made import detector
 
 FLOW = 0.4e-3 / 60.0

@@ -1,0 +1,276 @@
+"""A trained detector: scores of windows, and lines of a stream, by pure functions of samples and a state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.detectors.rules import make_chart
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.lines import (
+    NO_DEFECTS,
+    NO_EPISODES,
+    NOT_KNOWN,
+    ChartReading,
+    Line,
+    WindowLine,
+    begins_minute,
+    conditioned,
+    ended,
+    episodes_after,
+    noted,
+    summed_up,
+)
+from hydrofdi.detectors.trained.measuring import (
+    Estimator,
+    measured_windows,
+    of_row,
+    records_of,
+    temperatures,
+)
+from hydrofdi.detectors.trained.promise import consequence
+from hydrofdi.detectors.trained.verdicts import Verdict, findings, outside, standardised, verdict_of
+from hydrofdi.errors import Issue
+from hydrofdi.records import Array
+from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, State, Window, Windower, fault_of
+
+NUMBER = "judging.number"
+"""Key of the number of the next window in a state."""
+
+PATIENCE = 10
+"""Number of windows in a row, without overlap, after which a condition or an episode is over; seconds for
+estimates."""
+
+MOST_SAMPLES = 2**22
+"""Most samples of windows that are judged at once; limits the memory."""
+
+_BATCH_SIZE = 64
+"""Number of estimates that are judged at a time."""
+
+_Stepped = tuple[State, list[Chunk], list[Event]]
+
+
+class Detector:
+    """Judges windows, or the estimates of a recursive indicator, and says what happens on a stream.
+
+    The verdict on a window does not depend on other windows, nor the lines of a stream on its chunks.
+
+    Attributes
+    ----------
+    file : DetectorFile
+        Indicator, limits and what its promise rests on, in SI.
+    """
+
+    def __init__(self, file: DetectorFile) -> None:
+        self.file = file
+        frequency, channels, window = file.sampling_frequency, file.channels, file.config.window
+        self._stream = EvenStream(frequency, channels)
+        self._judging: Estimator | Windower
+        if window.by == "estimate":
+            self._judging = Estimator(file.feature, channels, frequency, file.fits)
+            self._patience = max(PATIENCE, round(PATIENCE * frequency / file.n_every))
+        else:
+            self._judging = window.windower(file.n_sample, channels, frequency, file.drive)
+            self._patience = PATIENCE * math.ceil(file.n_sample / file.n_every)
+        chart = file.config.chart
+        self._chart = None if chart is None else make_chart(chart.chart, chart.options)
+
+    def score(self, windows: Sequence[Window]) -> list[Verdict]:
+        """Judge windows by themselves.
+
+        Parameters
+        ----------
+        windows : sequence of Window
+            With all channels of the detector.
+
+        Returns
+        -------
+        list of Verdict
+            In order.
+        """
+        file, sound = self.file, [window for window in windows if window.fault is None]
+        judged: Iterator[Verdict] = iter(())
+        if sound:
+            records = records_of(sound, file.channels, file.sampling_frequency)
+            found = measured_windows(records, file.feature, file.fits)
+            scores = file.scores(np.array([each.numbers for each in found])).tolist()
+            rows = zip(scores, found, findings(records, file.ranges), strict=True)
+            judged = (verdict_of(file, *row) for row in rows)
+        return [Verdict(fault=each.fault) if each.fault else next(judged) for each in windows]
+
+    def start(self) -> State:
+        """The state before the first sample of a stream: a mapping of arrays."""
+        judging = self._judging.start()
+        if isinstance(self._judging, Estimator):
+            none = np.empty((1 + len(self.file.channels), 0))
+            judging = {"held": none, **judging, "number": np.array(0)}
+        return _flat(
+            {
+                "stream": self._stream.start(),
+                "judging": judging,
+                "chart": {} if self._chart is None else self._chart.start(1),
+                "defects": NO_DEFECTS,
+                "episodes": NO_EPISODES,
+                "conditions": {**NOT_KNOWN, "n_not_judged": np.array(self._patience)},
+            }
+        )
+
+    def resumed(self, state: State, *, may_repeat: bool = True) -> State:
+        """A stored state that continues: samples that are sent again are dropped without a report."""
+        parts = _parts(state)
+        return _flat({**parts, "stream": self._stream.resumed(parts["stream"], may_repeat=may_repeat)})
+
+    def step(self, state: State, chunk: Chunk) -> tuple[State, list[Line]]:
+        """Judge the next samples of a stream.
+
+        Parameters
+        ----------
+        state : mapping of str to ndarray
+            From `start`, or from the step before; it does not change.
+        chunk : Chunk
+            Samples of any number; they need not be evenly spaced.
+
+        Returns
+        -------
+        state : mapping of str to ndarray
+            For the next step.
+        lines : list of WindowLine and Event
+            A line for each window that ended, and for each event.
+        """
+        parts = _parts(state)
+        stepped = self._stream.step(parts["stream"], chunk)
+        if not stepped[2] and not parts["defects"]["waiting"].any():
+            lines = self._follow(parts, stepped)
+        else:
+            lines = [line for some in self._alone(parts, chunk) for line in self._follow(parts, some)]
+        return _flat(parts), lines
+
+    def end(self, state: State) -> tuple[State, list[Line]]:
+        """The lines at the end of a stream: counts that were not reported, and ends of episodes."""
+        parts = _parts(state)
+        parts["defects"], sums = summed_up(parts["defects"])
+        ends, parts["episodes"] = ended(parts["episodes"]), NO_EPISODES
+        return _flat(parts), [*sums, *ends]
+
+    def _alone(self, parts: Mapping[str, State], chunk: Chunk) -> Iterator[_Stepped]:
+        """Steps of the stream. A sample that is news, or begins a minute, has a step of its own, so that the
+        place of its lines does not depend on the chunk.
+        """
+        stepped = _, pieces, found = self._stream.step(parts["stream"], chunk)
+        is_news = not all(event.is_silent for event in found)
+        if chunk.n_time > 1 and (is_news or begins_minute(parts["defects"], pieces)):
+            half = chunk.n_time // 2
+            yield from self._alone(parts, chunk.part(0, half))
+            yield from self._alone(parts, chunk.part(half, chunk.n_time))
+        else:
+            yield stepped
+
+    def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[Line]:
+        """Lines of checked samples."""
+        parts["stream"], pieces, found = stepped
+        parts["defects"], events = noted(parts["defects"], pieces, found)
+        lines: list[Line] = [*events]
+        for piece in pieces:
+            if isinstance(self._judging, Estimator):
+                parts["judging"], judged = self._estimates(self._judging, parts["judging"], piece)
+            else:
+                parts["judging"], judged = self._windows(self._judging, parts["judging"], piece)
+            for window in judged:
+                lines += self._lines(parts, window)
+        return lines
+
+    def _windows(self, windower: Windower, state: State, piece: Chunk) -> tuple[State, list[WindowLine]]:
+        """The state after a piece, and the windows that ended in it."""
+        file, lines = self.file, list[WindowLine]()
+        n_at_once = file.n_every * max(1, MOST_SAMPLES // (file.n_sample * len(file.channels)))
+        for first in range(0, piece.n_time, n_at_once):
+            state, windows = windower.step(state, piece.part(first, first + n_at_once))
+            lines += [
+                WindowLine(each.number, float(each.time[0]), float(each.time[-1]), verdict)
+                for each, verdict in zip(windows, self.score(windows), strict=True)
+            ]
+        return state, lines
+
+    def _estimates(self, estimator: Estimator, state: State, piece: Chunk) -> tuple[State, list[WindowLine]]:
+        """The state after a piece, and its estimates, judged if the samples before them are valid."""
+        file, number, lines = self.file, int(state["number"]), list[WindowLine]()
+        after, found = estimator.step(state, piece)
+        rows = np.stack([piece.time, *(piece.channels[channel] for channel in file.channels)])
+        if not piece.begins_anew:
+            rows = np.concatenate([state["held"], rows], axis=1)
+        n_held, n_look = rows.shape[1] - piece.n_time, estimator.n_look
+        for first in range(0, len(found), _BATCH_SIZE):
+            some = found[first : first + _BATCH_SIZE]
+            stops = [n_held + place + 1 for place, _ in some]
+            looks = self._looks([rows[:, max(0, stop - n_look) : stop] for stop in stops], n_look)
+            for (place, each), (fault, means) in zip(some, looks, strict=True):
+                time, score = float(piece.time[place]), float(each.numbers[0])
+                verdict = verdict_of(file, score, each, each.fault or fault, means)
+                lines.append(WindowLine(number + len(lines), time, time, verdict))
+        after = {**after, "held": rows[:, -n_look:].copy(), "number": np.array(number + len(lines))}
+        return after, lines
+
+    def _looks(self, rows: Sequence[Array], n_look: int) -> list[tuple[Issue | None, Mapping[str, float]]]:
+        """Fault and mean oil temperature of the samples before some estimates; neither if too few."""
+        file, channels, frequency = self.file, self.file.channels, self.file.sampling_frequency
+        whole = [
+            Window(
+                place,
+                time,
+                dict(zip(channels, samples, strict=True)),
+                fault_of(time, np.array(samples), channels, n_look, frequency),
+            )
+            for place, (time, *samples) in enumerate(rows)
+            if time.size == n_look
+        ]
+        found: dict[int, tuple[Issue | None, Mapping[str, float]]] = {
+            each.number: (each.fault, {}) for each in whole
+        }
+        if sound := [each for each in whole if each.fault is None]:
+            records = records_of(sound, channels, frequency)
+            means = temperatures(records)
+            for row, fault in enumerate(findings(records, file.ranges)):
+                own = of_row(means, row)
+                novel = outside(file.conditions, file.basis.n_window, own)
+                found[sound[row].number] = (fault or novel, own)
+        return [found.get(place, (None, {})) for place in range(len(rows))]
+
+    def _lines(self, parts: dict[str, State], window: WindowLine) -> list[Line]:
+        """The line of a window, and the events that it causes."""
+        verdict = window.verdict
+        parts["chart"], reading = self._reading(parts["chart"], verdict)
+        window = replace(window, chart=reading)
+        parts["episodes"], events = episodes_after(parts["episodes"], self._patience, window)
+        parts["conditions"], condition, alarm = conditioned(parts["conditions"], self._patience, window)
+        if alarm is not None and alarm.kind is EventKind.ALARM_RAISED:
+            n_judged, n_alarm = (int(parts["conditions"][name]) for name in ("n_judged", "n_alarm"))
+            found = consequence(self.file, n_judged, n_alarm, verdict.score, verdict.margin, verdict.doubt)
+            alarm = replace(alarm, text=f"{alarm.text}; {found.sentences}", details=found.to_dict())
+        return [replace(window, condition=condition), *events, *filter(None, [alarm])]
+
+    def _reading(self, state: State, verdict: Verdict) -> tuple[State, ChartReading | None]:
+        """The chart after a window; one that is not judged does not change it."""
+        if self._chart is None or self.file.chart is None:
+            return state, None
+        judged = math.nan if verdict.alarm is None or verdict.score is None else verdict.score
+        score = standardised(judged, self.file.healthy, self.file.config.direction)
+        after, statistic = self._chart.step(state, score.reshape(1, 1), self.file.chart.limit)
+        value = float(statistic[0, 0])
+        is_alarm = value >= self.file.chart.limit
+        return after, ChartReading(None if math.isnan(value) else value, self.file.chart.limit, is_alarm)
+
+
+def _flat(parts: Mapping[str, State]) -> State:
+    return {f"{part}.{name}": array for part, state in parts.items() for name, array in state.items()}
+
+
+def _parts(state: State) -> dict[str, State]:
+    parts: dict[str, dict[str, Any]] = {"chart": {}}
+    for key, array in state.items():
+        part, _, name = key.partition(".")
+        parts.setdefault(part, {})[name] = array
+    return dict[str, State](parts)

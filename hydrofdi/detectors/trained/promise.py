@@ -1,0 +1,300 @@
+"""What a detector promises, and what that rests on; what an alarm comes to, and what to do next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.verdicts import coverage
+from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants
+from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import count_text, number_text, percent, plain, shown_quantity, time_text
+from hydrofdi.units import convert
+
+_ORIFICE, _FLOW = "leakage", "m^3/s"
+"""Output that is the flow of an orifice at a reference pressure, and the unit of flows."""
+
+_CHANCE, _FAR = 0.01, 10.0
+"""Probability of as many false alarms below which they are not chance, and healthy spreads beyond the limit
+from which on a single alarm is not."""
+
+_PAGE = "docs/how-to/after-an-alarm.md"
+
+
+@dataclass(frozen=True)
+class Consequence:
+    """Numbers in SI; None if they are not known.
+
+    Attributes
+    ----------
+    windows_judged, alarms : int
+        Windows or estimates that were judged, and alarms among them.
+    false_alarms_expected : float
+        Alarms among as many of a healthy machine.
+    flow, pressure_difference : float or None
+        Leakage flow [m³/s], of a compensated score its increase; and the pressure difference that it is
+        stated for [Pa]: the supply pressure of the data sheet, else that of the score. None: the mean over
+        the window.
+    drift : float or None
+        Speed of the piston if this flow passes it while both ports are closed [m/s]: flow over piston area.
+    recommendation : str
+        What to do next.
+    """
+
+    windows_judged: int
+    alarms: int
+    false_alarms_expected: float
+    flow: float | None
+    pressure_difference: float | None
+    drift: float | None
+    recommendation: str
+
+    @property
+    def sentences(self) -> str:
+        """What is known, and the recommendation."""
+        expected = count_text(self.false_alarms_expected)
+        texts = [f"{counted(self.alarms, 'alarm')} until now, {expected} expected of a healthy machine"]
+        if self.flow is not None:
+            where = "on average over the window"
+            if self.pressure_difference is not None:
+                where = f"at {shown_quantity(self.pressure_difference, 'Pa')}"
+            drift = "" if self.drift is None else f", a drift of {number_text(6e4 * self.drift, 3)} mm/min"
+            texts.append(f"a leak of {number_text(convert(self.flow, 'L/min'), 3)} L/min {where}{drift}")
+        return f"{'; '.join(texts)}; {self.recommendation}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it for JSON, with units in the names."""
+        return {
+            "windows_judged": self.windows_judged,
+            "alarms": self.alarms,
+            "false_alarms_expected": self.false_alarms_expected,
+            "flow_L_per_min": None if self.flow is None else convert(self.flow, "L/min"),
+            "pressure_difference_MPa": self.pressure_difference and self.pressure_difference / 1e6,
+            "drift_mm_per_min": None if self.drift is None else 6e4 * self.drift,
+            "recommendation": self.recommendation,
+        }
+
+
+def consequence(
+    file: DetectorFile,
+    windows_judged: int,
+    alarms: int,
+    score: float | None,
+    margin: float | None = None,
+    doubt: str = "",
+) -> Consequence:
+    """What alarms come to, of which one, or the median, has a score."""
+    flow = pressure = drift = None
+    area = _constant(file, "piston_area")
+    if score is not None and file.unit == _FLOW and score > 0.0:
+        flow = score
+        if file.feature.described.name == _ORIFICE:
+            stated = float(file.feature.indicator.options.reference_pressure)
+            pressure = _constant(file, "supply_pressure", is_stated=True) or stated
+            flow *= math.sqrt(pressure / stated)
+        drift = flow / area if area else None
+    expected, chart = windows_judged * file.limits.false_alarm_rate, file.config.chart
+    if chart is not None:
+        # at least those of the chart itself
+        expected = windows_judged * (file.n_every / file.sampling_frequency / chart.false_alarm_every)
+    advice = _advice(file, alarms, expected, margin, doubt)
+    return Consequence(windows_judged, alarms, expected, flow, pressure, drift, advice)
+
+
+def _constant(file: DetectorFile, name: str, *, is_stated: bool = False) -> float | None:
+    """A constant of the data sheet, or of the options unless it was left at its default."""
+    options = file.feature.indicator.options
+    own = None if is_stated or name in file.assumed else getattr(options, name, None)
+    found = file.data_sheet.get(name, own)
+    return float(found) if found is not None else None
+
+
+def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | None, doubt: str) -> str:
+    from scipy.special import pdtrc
+
+    if doubt:
+        return f"look at the signals first ('hydrofdi inspect'): the verdict is doubtful ({_PAGE})"
+    is_far = margin is not None and margin < -_FAR
+    if file.chart is not None or is_far or (alarms and pdtrc(alarms - 1, expected) < _CHANCE):
+        return f"more than chance explains: check the signals, then 'hydrofdi diagnose' ({_PAGE})"
+    return f"this may be chance: wait and see whether most of the next ten {file.noun}s alarm, too ({_PAGE})"
+
+
+def _constants_text(indicator: Indicator[Any]) -> str:
+    """The constants of the plant with their values, ``piston_area = 633 mm^2``; empty if there are none."""
+    return ", ".join(
+        f"{name} = {shown_quantity(getattr(indicator.options, name), unit)}"
+        for name, unit in plant_constants(indicator.options).items()
+        if getattr(indicator.options, name)
+    )
+
+
+_HOUR = 3600.0
+_MOST_NAMED = 5
+
+_UNEVEN = 0.75
+"""Samples per period by which a window may miss whole periods: the period is known to half a sample."""
+
+
+def sentences(
+    file: DetectorFile, n_leaking: int = 0, n_unlabelled: int = 0, *, is_unlabelled: bool = False
+) -> Iterator[str]:
+    """What the detector judges, what it promises, and what that rests on.
+
+    Parameters
+    ----------
+    n_leaking, n_unlabelled : int
+        Records that the training left out.
+    is_unlabelled : bool
+        Whether all records were taken as healthy because no source says which are.
+    """
+    feature, window = file.feature, file.config.window
+    channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
+    what = {
+        "time": f"windows of {window.duration:g} s" if window.duration else "",
+        "cycle": f"the first {window.duration or 0.0:g} s of each cycle of {window.channel}",
+        "estimate": f"each estimate of {file.config.indicator}",
+    }[window.by]
+    every = f", one every {window.every:g} s," if window.every and window.every != window.duration else ""
+    yield f"It judges {what}{every} at {file.sampling_frequency:g} Hz and needs {channels}."
+    if file.score is not None:
+        yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."
+    for constants in dict.fromkeys(map(_constants_text, feature.indicators.values())):
+        if constants:
+            yield f"It takes the actuator as {constants}."
+    if file.assumed:
+        assuming = (
+            label
+            for label, each in feature.indicators.items()
+            if not type(each.options).model_fields.keys().isdisjoint(file.assumed)
+        )
+        yield f"Warning: {assumption_text(', '.join(assuming), file.assumed)}."
+    if " at " in (meaning := feature.meaning):
+        yield f"The score is the {meaning}; studies state mean flows, which are smaller."
+    if file.chart is None:
+        yield f"A score {file.alarm_text} is an alarm."
+        yield _threshold(file)
+    out = {
+        "not judged": ", ".join(f"{count:,} {kind}" for kind, count in file.basis.not_judged.items()),
+        "records that are not healthy training records": n_leaking,
+        "records without a label": n_unlabelled,
+    }
+    yield from _basis(file, "; ".join(f"{kind} ({count})" for kind, count in out.items() if count))
+    yield from _cautions(file, is_unlabelled=is_unlabelled)
+    if file.chart is not None or alarms_per_hour(file):
+        yield promise_text(file)
+
+
+def promise_text(file: DetectorFile) -> str:
+    """What the chart is set for, and what it keeps on healthy scores; without one, what is to be expected."""
+    chart, config, per_hour = file.chart, file.config.chart, alarms_per_hour(file)
+    if chart is None or config is None:
+        if per_hour is None:
+            return _threshold(file)
+        return (
+            f"Without a chart expect {count_text(24.0 * per_hour['wanted'])} false alarms a day; a chart for"
+            " one a day needs 24 h of healthy windows."
+        )
+    kept = "no false alarm" if chart.mean_time is None else f"one in {time_text(chart.mean_time)}"
+    least, most = chart.interval
+    ends = f"{time_text(least)} to {time_text(most)}" if most is not None else f"at least {time_text(least)}"
+    rests = "pieces of records" if chart.rests_on == "pieces" else chart.rests_on
+    return (
+        f"The chart {config.chart} has the limit {plain(chart.limit, 4)} healthy spreads, set for one false"
+        f" alarm in {time_text(config.false_alarm_every)}; its {time_text(chart.hours * _HOUR)} of healthy"
+        f" scores ({rests} resampled and joined) show {kept} ({ends})."
+    )
+
+
+def _threshold(file: DetectorFile) -> str:
+    limits, (low, high) = file.limits, file.limits.interval
+    at_most = "at most " if limits.method == "tolerance limit" else ""
+    hourly = ""
+    if per_hour := alarms_per_hour(file):
+        least, most = map(count_text, per_hour["interval"])
+        hourly = f": {count_text(per_hour['wanted'])} false alarms an hour ({least} to {most})"
+    rests = {
+        "windows": "windows taken as independent",
+        "fleet": f"{counted(file.basis.n_window, 'own window')} and the fleet {file.basis.fleet}",
+    }.get(limits.interval_rests_on, f"leave-one-{limits.interval_rests_on[:-1]}-out")
+    warmer = f" The limit allows {file.score_text(limits.allowance)} for oil that is 15 K warmer than in the"
+    warmer += " records, which do not state its temperature."
+    return (
+        f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per"
+        f" {file.noun}; {100.0 * limits.confidence:.4g} % confidence interval"
+        f" {percent(low)} to {percent(high)} ({rests}){hourly}."
+        f"{warmer if limits.allowance else ''}"
+    )
+
+
+def _basis(file: DetectorFile, left_out: str) -> Iterator[str]:
+    """What the promise rests on."""
+    basis = file.basis
+    groups = f" in {counted(basis.n_group, 'group')}" if basis.n_group else ""
+    what = "windows that do not overlap" if file.n_sample else "estimates"
+    records, n_more = counted(basis.n_record, "healthy record"), len(basis.sources) - _MOST_NAMED
+    names = ", ".join(basis.sources[:_MOST_NAMED]) + (f" and {n_more:,} more" if n_more > 0 else "")
+    yield f"It rests on {basis.n_window:,} {what}, from {records}{groups}: {names}."
+    if left_out:
+        yield f"Left out: {left_out}."
+    yield coverage(file.conditions)
+
+
+def _cautions(file: DetectorFile, *, is_unlabelled: bool) -> Iterator[str]:
+    """What makes the promise doubtful."""
+    basis, window = file.basis, file.config.window
+    is_fit = {name for name, output in file.feature.outputs.items() if output.is_fit}
+    for name, count in basis.impossible.items():
+        if name not in is_fit:
+            yield f"Warning: {name} is physically impossible in {count:,} of them."
+    if unfit := [name for name in is_fit if 2 * basis.impossible.get(name, 0) > basis.n_window]:
+        yield (
+            f"Warning: by {' and '.join(sorted(unfit))} of most of them, the data sheet does not fit: the"
+            " limits hold for machines like these, but stated sizes of leaks may be wrong."
+        )
+    if basis.outlying:
+        far = [f"{name} ({counted(count, 'window')})" for name, count in basis.outlying.items()]
+        more = f" and {len(far) - _MOST_NAMED:,} more" if len(far) > _MOST_NAMED else ""
+        yield (
+            f"Warning: far beyond the other healthy records: {', '.join(far[:_MOST_NAMED])}{more}."
+            " If they are not healthy, a leak is hidden; train without them."
+        )
+    if basis.drive_period is not None and window.by == "time":
+        periods = (window.duration or 0.0) / basis.drive_period
+        missed = abs(periods - round(periods)) * basis.drive_period * file.sampling_frequency
+        if missed > _UNEVEN * max(1.0, periods):
+            yield (
+                f"Warning: a window lasts {periods:.5g} periods of the drive ({basis.drive_period:g} s), so"
+                " windows contain different parts of it; use a whole number of periods."
+            )
+    if is_unlabelled:
+        yield "No record has a label: all are assumed to be healthy."
+    n, one = (basis.n_group, "group") if basis.n_group else (basis.n_record, "record")
+    if n < FEWEST_GROUPS:
+        yield (
+            f"Warning: {counted(n, one)} can say little of false alarms on other days or machines; train on"
+            f" {FEWEST_GROUPS} or more."
+        )
+    if (
+        not file.chart
+        and file.limits.interval_rests_on == "windows"
+        and basis.n_window > max(basis.n_record, basis.n_group)
+    ):
+        yield "Windows of one record may depend on each other; then the true interval is wider."
+
+
+def alarms_per_hour(file: DetectorFile) -> dict[str, Any] | None:
+    """Alarms of healthy windows per hour of operation; None where windows do not come by time."""
+    every, limits = file.config.window.every, file.limits
+    if file.config.window.by != "time" or every is None:
+        return None
+    windows = _HOUR / every
+    return {
+        "wanted": limits.false_alarm_rate * windows,
+        "interval": [share * windows for share in limits.interval],
+    }

@@ -1,0 +1,320 @@
+"""Healthy ranges and conditions, learned from windows; verdicts on others by them and by limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile, Scale
+from hydrofdi.detectors.trained.measuring import TEMPERATURE, Measured, of_row
+from hydrofdi.errors import Issue
+from hydrofdi.evaluation.scores import Direction, comparable
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.units import ZEROS
+
+Ranges = Mapping[str, tuple[float, float]]
+"""Condition → lowest and highest value, in SI."""
+
+_NARROW, _NARROW_SHARE = 10.0, 0.1
+"""Span below which a range is narrow: of the temperature [K], of an estimate relative to its size."""
+
+_OF_RANGE = 0.1
+"""Margin of a covered range, as a share of its width and of a narrow width together; a choice."""
+
+_TAIL = 0.01
+"""Fraction of samples below the low quantile, and above the high one."""
+
+_MARGIN, _OF_SPAN = 0.5, 0.1
+"""Margins of a range: fraction of its width, and fraction of the span of the channel. With narrower ranges,
+large leaks would be novel and therefore not judged."""
+
+_ACTIVITY = 2.0
+"""Factor by which activity may decrease or increase."""
+
+_FEW = 30
+"""Number of windows below which margins are doubled, because few windows cover little of the range."""
+
+_PILE, _PILE_LEAST = 2.0, 0.02
+"""Factor and offset of the healthy fraction of samples at an end value, above which a window is clipped."""
+
+_COMMANDS = (Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION)
+"""Channels that normally rest at their end values."""
+
+
+def channel_facts(samples: Array) -> dict[str, Array]:
+    """Statistics of a channel in each window, independent of the other windows.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n_window, n_time)
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_window,)
+        ``low`` and ``high``: 1 % and 99 % quantile, as order statistics. ``activity``: RMS difference between
+        adjacent samples. ``at_end``: fraction of samples at the lowest or at the highest value, whichever is
+        larger; ``is_at_high``: whether that is the highest. ``lowest`` and ``highest``.
+    """
+    n_time = samples.shape[1]
+    rank = int(_TAIL * (n_time - 1))
+    ordered = np.partition(samples, (rank, n_time - 1 - rank), axis=1)
+    lowest, highest = samples.min(axis=1), samples.max(axis=1)
+    at_low, at_high = (
+        np.count_nonzero(samples == end[:, None], axis=1) / n_time for end in (lowest, highest)
+    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        activity = (
+            np.sqrt(np.mean(np.diff(samples, axis=1) ** 2, axis=1)) if n_time > 1 else np.zeros(len(samples))
+        )
+    return {
+        "low": ordered[:, rank],
+        "high": ordered[:, n_time - 1 - rank],
+        "activity": activity,
+        "at_end": np.maximum(at_low, at_high),
+        "lowest": lowest,
+        "highest": highest,
+        "is_at_high": at_high > at_low,
+    }
+
+
+def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> ChannelRange:
+    """Range of a channel, learned from the statistics of all healthy windows."""
+    low, high, activity, at_end = (
+        np.concatenate([each[name] for each in facts]) for name in ("low", "high", "activity", "at_end")
+    )
+    span, wider = float(high.max() - low.min()), 1.0 + _FEW / low.size
+    factor = _ACTIVITY**wider
+    return ChannelRange(
+        low=_widened(low, span, wider),
+        high=_widened(high, span, wider),
+        activity=(float(activity.min()) / factor, float(activity.max()) * factor),
+        at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * float(at_end.max()) + _PILE_LEAST),
+    )
+
+
+def _widened(values: Array, span: float, wider: float) -> tuple[float, float]:
+    low, high = float(values.min()), float(values.max())
+    margin = wider * (_MARGIN * (high - low) + _OF_SPAN * span)
+    return low - margin, high + margin
+
+
+def widened(covered: Ranges, found: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Covered ranges that include the values of another window."""
+    none = (math.inf, -math.inf)
+    return dict(covered) | {
+        name: (min(covered.get(name, none)[0], value), max(covered.get(name, none)[1], value))
+        for name, value in found.items()
+        if math.isfinite(value)
+    }
+
+
+def outside(covered: Ranges, n_window: int, found: Mapping[str, float]) -> Issue | None:
+    """The first condition of a window that is outside of the range of the healthy windows and its margin."""
+    for name, (low, high) in covered.items():
+        value = found.get(name, math.nan)
+        margin = _OF_RANGE * (1.0 + _FEW / n_window) * (high - low + _narrow(name, low, high))
+        if value < low - margin or value > high + margin:
+            text = f"{_said(name)} is {_shown(name, value)}"
+            return Issue(f"{text}; healthy windows cover {_range(name, low, high)}", name, kind="novel")
+    return None
+
+
+def coverage(covered: Ranges) -> str:
+    """A sentence about the conditions that healthy windows cover, and which are not covered."""
+    known = [f"{_said(name)} {_range(name, *ends)}" for name, ends in covered.items()]
+    narrow = [
+        _said(name)
+        for name, (low, high) in covered.items()
+        if not name.endswith("supply_pressure") and high - low < _narrow(name, low, high)
+    ]
+    missing = [] if TEMPERATURE in covered else ["the oil temperature is not recorded"]
+    if narrow:
+        missing.append(f"{' and '.join(narrow)} hardly {'vary' if len(narrow) > 1 else 'varies'}")
+    text = f"It covers {', '.join(known)}" if known else "The conditions that it covers are not known"
+    if not missing:
+        return f"{text}."
+    is_warm_and_cold = TEMPERATURE in covered and _said(TEMPERATURE) not in narrow
+    advice = "" if is_warm_and_cold else ", so record warm and cold"
+    return f"{text}; {', '.join(missing)}: other conditions are not covered{advice}."
+
+
+def _narrow(name: str, low: float, high: float) -> float:
+    return _NARROW if name == TEMPERATURE else _NARROW_SHARE * abs(low + high) / 2.0
+
+
+def _said(name: str) -> str:
+    return name.replace("_", " ") if name == TEMPERATURE else name
+
+
+def _range(name: str, low: float, high: float) -> str:
+    return f"{_shown(name, low)} to {_shown(name, high)}"
+
+
+def _shown(name: str, value: float) -> str:
+    return f"{value - ZEROS['°C']:.1f} °C" if name == TEMPERATURE else shown_quantity(value, "Pa")
+
+
+_FAR = 10.0
+"""Healthy spreads in the distance from which a score on the side without an alarm is novel."""
+
+_QUANTITIES = {
+    "low": "1 % quantile",
+    "high": "99 % quantile",
+    "activity": "RMS difference between adjacent samples",
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Verdict of a trained detector on one window.
+
+    Attributes
+    ----------
+    score : float or None
+        Output of the indicator, in its unit; None if it has none. Novel windows have a score too.
+    alarm : bool or None
+        Whether the window raises an alarm; None if it is not judged.
+    margin : float or None
+        Distance to the nearest limit in healthy spreads, negative beyond it; None if there is no score.
+    fault : Issue or None
+        Why the window is not judged.
+    doubt : str
+        Why the verdict is doubtful, which it remains all the same; empty if it is not.
+    temperature : float or None
+        Mean oil temperature [K]; None if it is not measured.
+    """
+
+    score: float | None = None
+    alarm: bool | None = None
+    margin: float | None = None
+    fault: Issue | None = None
+    doubt: str = ""
+    temperature: float | None = None
+
+    @property
+    def is_beyond(self) -> bool | None:
+        """Whether the score is beyond a limit, even if that is not an alarm; None if there is no score."""
+        return None if self.margin is None else self.margin < 0.0
+
+
+def verdict_of(
+    file: DetectorFile,
+    score: float,
+    measured: Measured,
+    fault: Issue | None = None,
+    conditions: Mapping[str, float] = {},
+) -> Verdict:
+    """Verdict on a score.
+
+    Parameters
+    ----------
+    measured : Measured
+        If a quantity can only be positive, and its doubts say that it is not, or if the model explains
+        nothing, a window without an alarm is novel; any window if it is the flow gain.
+    fault : Issue, optional
+        Why the window is not judged. For novel windows, score and margin are still given, and the fault
+        states whether the score is beyond a limit.
+    conditions : mapping of str to float
+        Conditions beside those measured; the window is novel if any is outside of those that healthy windows
+        cover. A leak may move an estimate: then an alarm stays and is doubtful.
+    """
+    known = {**measured.conditions, **conditions}
+    other, temperature = outside(file.conditions, file.basis.n_window, known), known.get(TEMPERATURE)
+    if other is not None and other.where == TEMPERATURE:
+        fault = fault or other
+    if math.isnan(score) and (fault is None or fault.kind == "novel"):
+        fault = fault or measured.fault or Issue("the indicator has no value", kind="no_number")
+    if fault is not None and (fault.kind != "novel" or math.isnan(score)):
+        return Verdict(fault=fault, temperature=temperature)
+    limits = [(score - file.limits.low)] if file.limits.low is not None else []
+    limits += [file.limits.high - score] if file.limits.high is not None else []
+    distance = min(limits, default=math.inf)
+    margin, doubts = distance / file.healthy.spread, measured.doubts
+    signs = {("not_positive", name) for name in file.positive} | {("unexplained", name) for name in file.fits}
+    other_machine = (each for each in doubts if (each.kind, each.where) in signs)
+    # No leak reverses the valve: 60 L/min of any law leave 0.4 of its gain; a wrong sign makes it negative.
+    reasons = [each for each in other_machine if distance >= 0.0 or each.where.endswith(".flow_gain")]
+    fault = fault or next((Issue(each.message, kind="novel") for each in reasons), None)
+    if distance >= 0.0:
+        fault = fault or other or _wrong_side(file, score)
+    elif other is not None:
+        doubts = (*doubts, other)
+    if fault is None:
+        more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
+        doubt = "".join(each.message for each in doubts[:1]) + more
+        return Verdict(score, distance < 0.0, margin, None, doubt, temperature)
+    if distance < 0.0:
+        fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
+    return Verdict(score, None, margin, fault, temperature=temperature)
+
+
+def _wrong_side(file: DetectorFile, score: float) -> Issue | None:
+    """Why a score is novel: a leak moves it to one side, and it is far out on the other.
+
+    Far is twice as far from the healthy median as all healthy scores, and ten healthy spreads more.
+    """
+    limits, healthy = file.limits, file.healthy
+    if healthy.range is None or (limits.low is None) == (limits.high is None):
+        return None
+    lowest, highest = healthy.range
+    width, distance, side = highest - healthy.centre, score - healthy.centre, "above"
+    if limits.low is None:
+        width, distance, side = healthy.centre - lowest, -distance, "below"
+    if distance <= 2.0 * width + _FAR * healthy.spread:
+        return None
+    return Issue(
+        f"the score, {file.score_text(score)}, is far {side} all healthy scores"
+        f" ({file.score_text(lowest)} to {file.score_text(highest)}):"
+        " are two channels swapped, or is a sign wrong?",
+        kind="novel",
+    )
+
+
+def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[Issue | None]:
+    """Fault of each window: stuck, clipped, novel, or None."""
+    facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
+    return [
+        _finding({channel: of_row(own, row) for channel, own in facts.items()}, ranges)
+        for row in range(records.n_record)
+    ]
+
+
+def _finding(
+    facts: Mapping[Channel, Mapping[str, float]], ranges: Mapping[Channel, ChannelRange]
+) -> Issue | None:
+    kinds: dict[str, list[str]] = {"stuck": [], "clipped": [], "novel": []}
+    for channel, own in facts.items():
+        healthy = ranges[channel]
+        if own["lowest"] == own["highest"] and healthy.at_end < 1.0:
+            kinds["stuck"].append(f"{channel} is constant, but varies in healthy windows")
+        if comparable(own["at_end"]) > comparable(healthy.at_end):
+            end = "highest" if own["is_at_high"] else "lowest"
+            shown = shown_quantity(float(own[end]), channel.unit)
+            kinds["clipped"].append(
+                f"{own['at_end']:.1%} of {channel} are at its {end} value, {shown};"
+                f" healthy windows allow {healthy.at_end:.1%}"
+            )
+        for name, quantity in _QUANTITIES.items():
+            low, high = getattr(healthy, name)
+            if not low <= own[name] <= high:
+                now, least, most = (
+                    shown_quantity(float(each), channel.unit) for each in (own[name], low, high)
+                )
+                kinds["novel"].append(
+                    f"the {quantity} of {channel} is {now}; healthy windows allow {least} to {most}"
+                )
+    for kind, texts in kinds.items():
+        if texts:
+            return Issue(texts[0] + (f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""), kind=kind)
+    return None
+
+
+def standardised(scores: ArrayLike, healthy: Scale, direction: Direction | None) -> Array:
+    """Scores in healthy spreads from the healthy median; the sign changes if a leak lowers the score."""
+    values = (np.asarray(scores, dtype=float) - healthy.centre) / healthy.spread
+    return np.asarray(-values if direction is Direction.FALLING else values)

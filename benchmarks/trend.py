@@ -11,9 +11,8 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from hydrofdi.evaluation.change_point import Estimate
 
-from hydrofdi.evaluation.change_point import ChangePointModel, inliers
+from hydrofdi.evaluation.change_point import ChangePointModel, Estimate, inliers
 from tests.evaluation import wear
 
 RATE, CONFIDENCE, LENGTHS = 0.01, 0.95, (40, 90)

@@ -14,7 +14,7 @@ from hydrofdi.api.sources import Said, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.evaluation.trends import FIRST_DATE, History
+from hydrofdi.diagnosis.trends import FIRST_DATE, History
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine

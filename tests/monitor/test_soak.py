@@ -91,11 +91,13 @@ def soak(folder, n_minute, n_kill, seed=0, longest=0.4):
             file.write(content[bounds[2 * life - 1] if life else 0 : first])
             with subprocess.Popen(command, stdout=out, stderr=errors) as process:
                 if chance.random() < 0.9:
-                    _wait_for_more(folder / "out", process)
+                    _wait_for(folder / "out", process, (folder / "out").stat().st_size + 1)
                     _write_slowly(file, content[first:stop], chance.uniform(0.0, longest))
                 else:
                     time.sleep(chance.uniform(0.0, longest))
                     file.write(content[first:stop])
+                if life % 2 == 0:  # its state is taken up by the next one
+                    _wait_for(folder / "state", process)
                 assert process.poll() is None, (folder / "errors").read_text()
                 process.kill()
             out.write(b"\n")
@@ -106,10 +108,9 @@ def soak(folder, n_minute, n_kill, seed=0, longest=0.4):
     return (folder / "log").read_text().count('"resumed"')
 
 
-def _wait_for_more(out, process):
-    """Until the monitor says that it is there."""
-    n_byte = out.stat().st_size
-    while out.stat().st_size == n_byte and process.poll() is None:
+def _wait_for(file, process, n_byte=1):
+    """Until a file has so many bytes, or the monitor has ended."""
+    while (not file.exists() or file.stat().st_size < n_byte) and process.poll() is None:
         time.sleep(0.01)
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from hydrofdi.api.sources import Said, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.measuring import TEMPERATURE
-from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.diagnosis.trends import FIRST_DATE, History
+from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine

@@ -11,8 +11,8 @@ from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.histories import history_of
 from hydrofdi.api.sources import Said
 from hydrofdi.api.trend_answer import Trend
-from hydrofdi.errors import ConfigError
 from hydrofdi.diagnosis.trends import FIRST_DATE, History, estimate
+from hydrofdi.errors import ConfigError
 from hydrofdi.records.times import instant
 from hydrofdi.units import parse_quantity, stated_unit
 

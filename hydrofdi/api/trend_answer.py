@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrofdi.evaluation.change_point import Estimate
 from hydrofdi.diagnosis.trends import DAY, TrendEstimates, time_or_days
+from hydrofdi.evaluation.change_point import Estimate
 from hydrofdi.report.answer import Answer, Piece, Strong
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.report.table import plain as for_json

@@ -2,8 +2,10 @@
 
 import json
 import random
+import sqlite3
 import subprocess
 import time
+from contextlib import closing, suppress
 from pathlib import Path
 
 import numpy as np
@@ -91,13 +93,13 @@ def soak(folder, n_minute, n_kill, seed=0, longest=0.4):
             file.write(content[bounds[2 * life - 1] if life else 0 : first])
             with subprocess.Popen(command, stdout=out, stderr=errors) as process:
                 if chance.random() < 0.9:
-                    _wait_for(folder / "out", process, (folder / "out").stat().st_size + 1)
+                    _wait_for_more(folder / "out", process)
                     _write_slowly(file, content[first:stop], chance.uniform(0.0, longest))
                 else:
                     time.sleep(chance.uniform(0.0, longest))
                     file.write(content[first:stop])
-                if life % 2 == 0:  # its state is taken up by the next one
-                    _wait_for(folder / "state", process)
+                if not life:  # all others take up a state
+                    _wait_for_state(folder / "state", process)
                 assert process.poll() is None, (folder / "errors").read_text()
                 process.kill()
             out.write(b"\n")
@@ -105,12 +107,25 @@ def soak(folder, n_minute, n_kill, seed=0, longest=0.4):
         subprocess.run([*command, "--no-follow"], stdout=out, check=True, timeout=600)
     assert said(folder / "log") == said(undisturbed)
     _require_all(folder / "out", said(undisturbed))
-    return (folder / "log").read_text().count('"resumed"')
+    return (folder / "out").read_text().count('"resumed"')
 
 
-def _wait_for(file, process, n_byte=1):
-    """Until a file has so many bytes, or the monitor has ended."""
-    while (not file.exists() or file.stat().st_size < n_byte) and process.poll() is None:
+def _wait_for_more(out, process):
+    """Until the monitor says that it is there."""
+    n_byte = out.stat().st_size
+    while out.stat().st_size == n_byte and process.poll() is None:
+        time.sleep(0.01)
+
+
+def _wait_for_state(state, process):
+    """Until the monitor has stored where it is."""
+    while process.poll() is None:
+        with (
+            suppress(sqlite3.OperationalError),
+            closing(sqlite3.connect(f"file:{state}?mode=ro", uri=True)) as file,
+        ):
+            if file.execute("select count(*) from machine").fetchone()[0]:
+                return
         time.sleep(0.01)
 
 

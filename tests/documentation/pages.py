@@ -86,18 +86,16 @@ def edit(file: Path, lines: str) -> None:
 
 
 def compare(shown: str, printed: str, page: str) -> None:
-    """Find the lines that a page shows among those that were printed, in their order."""
-    lines = [" ".join(line.split()) for line in printed.splitlines()]
-    position, may_skip = 0, False
+    """Find the lines that a page shows among those that were printed, in their order.
+
+    A page may fold long lines, as a terminal does.
+    """
+    said = "".join(f"{' '.join(line.split())}\n" for line in printed.splitlines() if line.strip())
+    pattern = ""
     for line in filter(None, (" ".join(line.split()) for line in shown.splitlines())):
-        if line == "…":
-            may_skip = True
-            continue
-        pattern = re.compile(".*".join(map(re.escape, line.split("…"))))
-        matches = (n for n in range(position, len(lines)) if pattern.fullmatch(lines[n]))
-        found = next(matches, None)
-        assert found is not None, f"{page} shows\n{line}\nwhich is not printed (any more):\n{printed}"
-        left_out = any(lines[position:found])
-        assert may_skip or not left_out, f"{page} leaves out before\n{line}\nwithout …:\n{printed}"
-        position, may_skip = found + 1, False
-    assert may_skip or not any(lines[position:]), f"{page} ends without … before the end of\n{printed}"
+        words = (r"[^\n]*".join(map(re.escape, word.split("…"))) for word in line.split())
+        pattern += r"(?:[^\n]*\n)*" if line == "…" else r"\ ".join(words) + r"[ \n]"
+        assert re.match(pattern, said), (
+            f"{page} shows\n{line}\nwhich is not printed there (any more):\n{printed}"
+        )
+    assert re.fullmatch(pattern, said), f"{page} ends without … before the end of\n{printed}"

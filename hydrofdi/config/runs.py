@@ -416,7 +416,7 @@ class Expansion:
             for name in parameter_names()
             if name in names
         }  # fmt: skip
-        self._places = {name: place for place, name in enumerate(self._numbers)}
+        self._places = {name: index for index, name in enumerate(self._numbers)}
         values = {name: _first_values(numbers) for name, numbers in self._numbers.items()}
         self._plain = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
 

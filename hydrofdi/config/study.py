@@ -292,7 +292,7 @@ def _points(config: PopulationConfig, each: Drawn) -> Points:
 
 def _drawn(name: str, law: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> Column:
     values = drawn(name, law, unit, path)
-    places = {value: place for place, value in enumerate(dict.fromkeys(values))}
+    places = {value: index for index, value in enumerate(dict.fromkeys(values))}
     return Column(list(places), np.array([places[value] for value in values], dtype=np.int32))
 
 
@@ -373,7 +373,7 @@ def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyT
     drawn = populations(study)
     counts = [each.count for each in drawn]
     of_run = np.repeat(np.arange(len(drawn)), counts)
-    actuators = [f"{each.actuators} {place}" for each in drawn for place in range(each.count)]
+    actuators = [f"{each.actuators} {index}" for each in drawn for index in range(each.count)]
     return StudyTable(
         tuple(each.population for each in drawn),
         np.tile(of_run, len(designs)),

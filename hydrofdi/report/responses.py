@@ -410,8 +410,8 @@ def _axis_table(found: AxisResponses) -> Table:
     axis, features = found.axis, [each.feature for each in found.responses]
     against = f"; δ against {AGAINST[found.against]}" if found.against else ""
     columns = [Column("Feature", ["runs", *(each.header for each in features)], is_text=True)]
-    for place, group in enumerate(axis.groups):
-        over = [response.over[place] for response in found.responses]
+    for index, group in enumerate(axis.groups):
+        over = [response.over[index] for response in found.responses]
         known, count = max(each.n_run for each in over), int(group.rows.sum())
         runs = f"{known:,} of {count:,}" if known < count else f"{count:,}"
         texts = (_spread_text(o, f.is_change, known) for o, f in zip(over, features, strict=True))

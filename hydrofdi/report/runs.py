@@ -137,7 +137,7 @@ def _sortable(values: list[Any]) -> Array:
     """Numbers as they are, words by their place in the file."""
     if all(isinstance(value, int | float) for value in values):
         return np.array(values, dtype=float)
-    places = {value: place for place, value in enumerate(dict.fromkeys(values))}
+    places = {value: index for index, value in enumerate(dict.fromkeys(values))}
     return np.array([places[value] for value in values], dtype=float)
 
 

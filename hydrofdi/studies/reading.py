@@ -61,9 +61,9 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     """
     measured = tuple(_measured(data))
     roles, is_there = stored_roles(data), np.asarray(data.columns[STATUS]).astype(str) != MISSING
-    runs = [np.flatnonzero((roles.design_of_run == place) & is_there) for place in range(len(roles.designs))]
+    runs = [np.flatnonzero((roles.design_of_run == index) & is_there) for index in range(len(roles.designs))]
     return tuple(
-        _design(data, measured, _records(data, roles, place, rows)) for place, rows in enumerate(runs)
+        _design(data, measured, _records(data, roles, index, rows)) for index, rows in enumerate(runs)
     )
 
 

@@ -133,7 +133,7 @@ def _axes(
     values = {name: np.array(data.values(name), dtype=object)[kept].tolist() for name in label_names(data)}
     labels = [name for name in values if len(kept) == data.n_run or len(set(values[name])) > 1]
     found = list(zip(*(values[name] for name in labels), strict=True)) or [()] * len(kept)
-    order = {scenario: place for place, scenario in enumerate(dict.fromkeys(found))}
+    order = {scenario: index for index, scenario in enumerate(dict.fromkeys(found))}
     _, leakage = np.unique([0.0, *data.leakage_requests[kept]], return_inverse=True)
     moduli, modulus = np.unique(data.columns[names.BULK_MODULUS][kept], return_inverse=True)
     places = (np.array([order[scenario] for scenario in found]), leakage[1:], modulus)

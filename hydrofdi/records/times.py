@@ -37,6 +37,7 @@ from hydrofdi.units import ABOVE, BELOW, parse_unit, zero_of
 
 _POINTED = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):")
 """Day, month and year separated by dots, as in 31.01.2026 12:00."""
+_OF_DAY = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d{1,9})?")
 _BEYOND = re.compile(r":\d\d[.,]\d{6}(\d{1,3})")
 _EPOCH = datetime(1970, 1, 1)
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
@@ -66,19 +67,23 @@ def time_zone(name: str) -> tzinfo:
         raise ValueError(f"{name[:40]!r} is not a time zone{hint}") from None
 
 
-def instant(text: str, zone: tzinfo | None = None) -> Instant:
-    """The instant of a text in ISO 8601, or such as 31.01.2026 12:00:00,25; `zone` if it has none.
+def instant(text: str, zone: tzinfo | None = None, form: str = "") -> Instant:
+    """The instant of a text in a stated format, else in ISO 8601, or such as 31.01.2026 12:00:00,25.
+
+    It has `zone` if it states none; a time of day is on the first day.
 
     In an hour that repeats, the first pass is taken.
     """
     written = text.strip()
     try:
         turned = _POINTED.sub(lambda at: f"{at[3]}-{at[2]:0>2}-{at[1]:0>2}T{at[4]:0>2}:", written)
-        found = datetime.fromisoformat(turned)
+        turned = f"1970-01-01T{turned:0>8}" if _OF_DAY.fullmatch(turned) else turned
+        found = datetime.strptime(written, form) if form else datetime.fromisoformat(turned)
         found = found.replace(tzinfo=zone) if found.tzinfo is None else found
         passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
     except (ValueError, OverflowError):
-        raise ValueError(f"{written[:40]!r} is not a date and time such as {_EXAMPLE}") from None
+        what = f"in the format {form!r}" if form else f"such as {_EXAMPLE}; state its format in 'time'"
+        raise ValueError(f"{written[:40]!r} is not a date and time {what}") from None
     digits = _BEYOND.search(written)  # datetime ignores what is below a microsecond
     nanoseconds = int(f"{digits[1]:0<3}") if digits else 0
     whole = passed.days * 86_400 + passed.seconds
@@ -119,6 +124,8 @@ def time_column(table: Titled, configured: TimeConfig | None) -> ReadColumn | No
     """
     if configured is not None:
         found = [find_column(table.titles, configured.column, table.place)]
+    elif clocks := table.clocks():
+        found = [next(iter(clocks.values()))]
     elif len(found := named_time(table)) > 1:
         names = ", ".join(shortened(table.titles[n]) for n in found)
         raise DataError(f"{table.place}: has more than one column of time: {names}")
@@ -159,6 +166,8 @@ def titles_of_time(table: Titled) -> list[int]:
 _GAP = 1.751
 """Longest step between samples without a gap, in median steps: 7/4 even if it is rounded."""
 _DIGITS = 9
+_JOINED = 0.1
+"""Share by which the median step differs from the mean if stamps of other rasters lie between."""
 
 
 def counts_samples(values: Array) -> bool:
@@ -216,7 +225,9 @@ def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tup
             )
         raise RejectionError("time", text)
     typical = float(np.median(steps))
-    step = typical if np.any(steps > _GAP * typical) else (times[-1] - times[0]) / (times.size - 1)
+    mean = float(times[-1] - times[0]) / (times.size - 1)
+    is_joined = bool(np.isfinite(mean)) and abs(typical / mean - 1.0) > _JOINED
+    step = typical if np.any(steps > _GAP * typical) or is_joined else mean
     frequency = float(f"{1.0 / step:.{_DIGITS}g}")
     if not 0.0 < frequency < np.inf:
         raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")

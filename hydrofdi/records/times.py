@@ -241,7 +241,7 @@ def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tup
 def _rounded(times: Array) -> tuple[float, float] | None:
     """Rate of an even clock [Hz] whose stamps were rounded, to decimals or to single precision, and to what
     [s]; None if rounding does not explain the instants."""
-    some = times[:: max(1, times.size // 1000)]
+    some = np.concatenate([times[:1000], times[-1000:]])
     size = float(np.max(np.abs(some)))
     grids = [10.0**-n for n in range(10) if np.all(np.abs(some * 10.0**n - np.rint(some * 10.0**n)) < 0.01)]
     for unit in (1.0, 1e-3, 1e-6):
@@ -253,12 +253,19 @@ def _rounded(times: Array) -> tuple[float, float] | None:
     grid, width = max(grids, default=0.0), float(np.ptp(times - slope * number))
     if times.size < _FEWEST or not 0.0 < width <= _WIDTH * grid:
         return None
+    # an even clock on a grid takes two neighbouring steps, the rarer one at even distances (three-distance
+    # theorem; one more where halves are rounded to even); lost samples lie anywhere
+    counts = np.rint(np.diff(times) / grid)
+    rare = np.flatnonzero(counts != np.median(counts))
+    if counts.all() and (rare.size < _FEWEST_RARE or np.ptp(counts) > 1.0 or np.ptp(np.diff(rare)) > 2.0):
+        return None
     # the shortest number that the stamps cannot tell from the slope
     rates = (float(f"{1.0 / slope:.{digits}g}") for digits in range(1, 17))
     tolerance = 0.1 * grid / (slope * times.size)
     return next(rate for rate in rates if abs(rate * slope - 1.0) <= max(tolerance, 1e-15)), grid
 
 
+_FEWEST_RARE = 3
 _WIDTH = 1.1
 """Width of the instants around an even clock, in units of their last digit; rounding alone makes 1."""
 

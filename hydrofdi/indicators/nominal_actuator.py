@@ -47,8 +47,8 @@ def assumption_text(label: str, names: Sequence[str]) -> str:
 
 def sheet_constants(options: Section) -> dict[str, str]:
     """What the indicator takes from a data sheet, if it is not stated: constant → its SI unit."""
-    zero = {"position_zero": ""} if isinstance(options, DataSheet) else {}
-    return plant_constants(options) | zero
+    always = {"position_zero": "", "null_leakage": "m^3/s", "supply_pressure": "Pa"}
+    return plant_constants(options) | (always if isinstance(options, DataSheet) else {})
 
 
 def from_sheet(options: Section, sheet: Mapping[str, Any]) -> dict[str, Any]:

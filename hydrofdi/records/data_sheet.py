@@ -101,6 +101,10 @@ class DataSheet(Section):
     ] = 0.7
     """Damping ratio ξ of the spool [-], for ``spool: command``."""
 
+    null_leakage: Annotated[float, SI("m^3/s", least=0, most=1.0)] | None = None
+    """Largest null leakage q_0 of the valve at the supply pressure, as its data sheet states it [m³/s], for
+    balances; by default 3 % of the flow at 10 V and 35 bar per edge."""
+
     supply_pressure: Annotated[
         float, SI("Pa", least=1e4, most=2e8), PlantConstant("supply", ("nominal",), "supply.pressure")
     ] = 17.2e6
@@ -119,6 +123,11 @@ class DataSheet(Section):
     def areas(self) -> tuple[float, float]:
         """Piston areas of both chambers [m²]."""
         return self.piston_area, self.piston_area if self.piston_area_2 is None else self.piston_area_2
+
+    @property
+    def rated_flow(self) -> float:
+        """Flow of the valve at 10 V and 35 bar per edge [m³/s]."""
+        return self.flow_gain * self.area_gradient * self.spool_gain * 10.0 * math.sqrt(35e5)
 
     @property
     def volumes(self) -> tuple[float, float]:

@@ -9,7 +9,7 @@ class FlowBalance(BalanceIndicator[BalanceOptions]):
     """Internal leakage, bulk modulus and valve parameters from the volume balance of the chambers."""
 
     name = "flow_balance"
-    version = 5
+    version = 6
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); balance: equations (5) to (8) and (11) of the paper;"
         " deviations: Tarantola, Inverse Problem Theory (2005), section 3.2"

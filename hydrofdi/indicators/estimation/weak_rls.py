@@ -32,9 +32,6 @@ _CORRELATED = 25.0
 _N_FIT = 4
 """Largest number of fits until error and misfit agree."""
 
-_LEAKIER = 10.0
-"""Clearance that the stated deviations allow, over its prior deviation: valves of one type differ as much."""
-
 _LAW = 0.15
 """Relative standard deviation of a mean flow whose law is unknown."""
 
@@ -241,13 +238,6 @@ def fit(
 
 
 @equation
-def variance_of(i: int, j: int, inverse: Any) -> float:
-    """Covariance of two estimates that allows for a leakier valve than the prior."""
-    allowed = (_LEAKIER * _LEAKIER - 1.0) * inverse[i, _CLEARANCE] * inverse[j, _CLEARANCE]
-    return inverse[i, j] + allowed  # type: ignore[no-any-return]
-
-
-@equation
 def combined_variance(of_leak: float, of_clearance: float, inverse: Any) -> float:
     """Variance of a combination of the estimates of leak and clearance, with factors in prior deviations."""
     both = 2.0 * of_leak * of_clearance * inverse[_LEAK, _CLEARANCE]
@@ -261,7 +251,7 @@ def write_estimate(deviations: Any, s: Scratch, out: Any) -> None:
     """Write the estimates and their standard deviations."""
     for i in range(N_UNKNOWN):
         out[i] = deviations[i] * s.values[i]
-        out[N_UNKNOWN + i] = deviations[i] * np.sqrt(abs(variance_of(i, i, s.inverse)))
+        out[N_UNKNOWN + i] = deviations[i] * np.sqrt(abs(s.inverse[i, i]))
     out[CONDITION] = condition_number(s.normal, s.inverse)
 
 
@@ -274,8 +264,8 @@ def write_flow(reference: float, pressures: Any, deviations: Any, s: Scratch, ou
     out[COMBINED_ERROR] = np.sqrt(abs(combined_variance(at_root, at_reference, s.inverse)))
     root, difference = leak * pressures[1] / pressures[0], clearance * pressures[2] / pressures[0]
     mean = root * s.values[_LEAK] + difference * s.values[_CLEARANCE]
-    # All of it may be that of a valve as leaky as allowed; the law of the leak is unknown.
-    of_valve = 0.5 * min(abs(mean), 2.0 * _LEAKIER * difference)
+    # All of it may be that of a valve as leaky as its prior allows; the law of the leak is unknown.
+    of_valve = 0.5 * min(abs(mean), 2.0 * difference)
     doubt = of_valve * of_valve + _LAW * _LAW * mean * mean
     out[MEAN] = mean
     out[MEAN_ERROR] = np.sqrt(abs(combined_variance(root, difference, s.inverse)) + doubt)

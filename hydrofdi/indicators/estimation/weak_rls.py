@@ -247,7 +247,7 @@ def fit(
 @equation
 def covariance_of(i: int, j: int, inverse: Any) -> float:
     """Covariance of two estimates if the machine differs from its data sheet by more than the priors."""
-    # C (N + κ² I) C = C + (κ² − 1) C², with C = (N + I)⁻¹ and κ² the variance of the unknowns over the prior one.
+    # C (N + κ² I) C = C + (κ² − 1) C², C = (N + I)⁻¹, κ² the variance of the unknowns over the prior one.
     total: float = inverse[i, j]
     for k in range(N_UNKNOWN):
         if k not in (_LEAK, _CLEARANCE):

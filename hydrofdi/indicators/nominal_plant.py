@@ -120,7 +120,7 @@ class NominalPlant(UncertainActuator, MachineSheet):
     load_stiffness: Annotated[float, SI("N/m", least=0, most=1e12), PlantConstant()] = 150e3
     """Stiffness K_ex of the spring that loads the piston [N/m]."""
 
-    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14  # type: ignore[assignment]
+    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14
     """Standard deviation of the conductance of the clearance at each valve edge [m³/(s·Pa)]."""
 
     friction: Literal["random_walk", "model"] = "random_walk"

@@ -22,7 +22,7 @@ from hydrofdi.records.columns import (
     split_title,
     unit_by_name,
 )
-from hydrofdi.records.data_sheet import data_sheet_lines
+from hydrofdi.records.data_sheet import usual_sheet_lines
 from hydrofdi.records.description import (
     ChannelConfig,
     FormatConfig,
@@ -136,7 +136,7 @@ def suggested_description(file: Path, pattern: str, sampling_frequency: float | 
         skip, table = _below_preamble(file)
     except RejectionError as rejection:
         raise DataError(f"{file}: {rejection}") from None
-    return "\n".join([_suggestion(pattern, skip, table, sampling_frequency), *data_sheet_lines()]) + "\n"
+    return "\n".join([_suggestion(pattern, skip, table, sampling_frequency), *usual_sheet_lines()]) + "\n"
 
 
 def _below_preamble(file: Path) -> tuple[int, Table]:

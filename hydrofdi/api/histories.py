@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.diagnosis.trends import FIRST_DATE, History
@@ -25,7 +25,7 @@ _LOG = b'{"line":'
 _P1, _P2, _X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 
 
-def history_of(data: Any, indicator: str, output: str, said: Said) -> History:
+def history_of(data: Any, indicator: str, output: str, said: Described) -> History:
     """The history in logs of a monitor, in the lines of one, or in measured records.
 
     Raises
@@ -88,7 +88,7 @@ def _of_lines(lines: Iterable[tuple[str, Mapping[str, Any]]], name: str) -> Hist
     return History(name, "score", unit, time, score, temperature)
 
 
-def _of_records(data: Any, indicator: str, output: str, said: Said) -> History:
+def _of_records(data: Any, indicator: str, output: str, said: Described) -> History:
     sources = open_records(data, said=said)
     name = ", ".join(source.name for source in sources)
     chosen = indicator or None

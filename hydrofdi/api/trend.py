@@ -9,7 +9,7 @@ from typing import Any
 
 from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.histories import history_of
-from hydrofdi.api.sources import Said
+from hydrofdi.api.sources import Described
 from hydrofdi.api.trend_answer import Trend
 from hydrofdi.diagnosis.trends import FIRST_DATE, History, estimate
 from hydrofdi.errors import ConfigError
@@ -74,7 +74,7 @@ def trend(
         raise ConfigError(f"false_alarm_rate: must be from 0.2 % to below 100 %; found {false_alarm_rate!r}")
     if not 0.0 < level < 1.0:
         raise ConfigError(f"confidence: must be below 1; found {confidence!r}")
-    history = history_of(data, indicator, output, Said(sampling_frequency))
+    history = history_of(data, indicator, output, Described(sampling_frequency))
     history = history if begin is None else _begun(history, begin)
     wanted = None if limit is None else _limit_of(limit, history.unit)
     return Trend(**vars(estimate(history, span, wanted, rate, level)))

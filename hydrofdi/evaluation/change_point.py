@@ -221,12 +221,12 @@ class ChangePointModel:
         time, last = self.time, self.n_point - AFTER
         stops = np.unique(np.linspace(1, last, min(_MOST_ONSETS, last)).round().astype(int))
         onsets, laws = [], []
-        for place, law in enumerate(LAWS):
+        for index, law in enumerate(LAWS):
             # A step needs as many points before it as after it; a growth may begin with the series.
             own = stops[stops >= AFTER] if law.name == "sudden" else stops
             middle = (time[own - 1] + time[own]) / 2.0
             onsets.append(middle if law.name == "sudden" else np.concatenate([time[:1], middle]))
-            laws.append(np.full(onsets[-1].size, place))
+            laws.append(np.full(onsets[-1].size, index))
         priors = [np.full(own.size, law.prior / own.size) for own, law in zip(onsets, LAWS, strict=True)]
         return np.concatenate(onsets), np.concatenate(laws), np.concatenate(priors)
 

@@ -123,7 +123,7 @@ def damage_named(what: str) -> Iterator[None]:
 
 
 @dataclass(frozen=True)
-class Column:
+class ReadColumn:
     """A column that is used, at a position among the titles, with its gain, offset and sign.
 
     The unit is that after the gain, empty for dates; the factor leads to SI: one for counts, None for dates.
@@ -149,7 +149,7 @@ class Column:
 
 def columns_of(
     table: Titled, configured: Mapping[Channel, ChannelConfig], needed: Collection[Channel] = ()
-) -> dict[Channel, Column]:
+) -> dict[Channel, ReadColumn]:
     """The columns of channels, as configured, or else by their names and units.
 
     A channel under its full name, such as ``chamber_1_pressure``, is in SI if no unit is stated. A column of
@@ -187,12 +187,12 @@ def channels_named(table: Titled) -> dict[Channel, int]:
     return found
 
 
-def column_at(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> Column:
+def column_at(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> ReadColumn:
     """A column in a unit of the dimension of `si_unit`; `header` is the unit that the source states."""
     title = table.titles[position]
     where = f"{table.place}: column {title[:60]!r}"
     unit = _agreed_unit(config, header or ("" if config.unit else unit_by_name(title)), where)
-    return Column(position, title, config, unit, factor_to_si(unit, si_unit, where))
+    return ReadColumn(position, title, config, unit, factor_to_si(unit, si_unit, where))
 
 
 def channel_named(title: str, unit: str, more: Mapping[str, Channel] = {}) -> Channel | None:

@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel
 from hydrofdi.records.columns import (
-    Column,
+    ReadColumn,
     RejectionError,
     Table,
     columns_of,
@@ -130,7 +130,7 @@ class Samples(NamedTuple):
     what these count from if they are dates [s since 1970], else NaN.
     """
 
-    columns: Mapping[Channel, Column]
+    columns: Mapping[Channel, ReadColumn]
     channels: dict[Channel, Array]
     times: Array | None
     since: float

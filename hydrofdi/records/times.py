@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import (
-    Column,
+    ReadColumn,
     RejectionError,
     Table,
     Titled,
@@ -112,7 +112,7 @@ _DATES = {"timestamp", "datetime", "zeit", "zeitstempel", *_TIMES}
 """Names of time columns that contain dates."""
 
 
-def time_column(table: Titled, configured: TimeConfig | None) -> Column | None:
+def time_column(table: Titled, configured: TimeConfig | None) -> ReadColumn | None:
     """The column of time, as configured, or else by its name; None if there is none.
 
     Dates need no unit, and ``time`` is in seconds if none is stated.
@@ -129,7 +129,7 @@ def time_column(table: Titled, configured: TimeConfig | None) -> Column | None:
     are_dates, header = table.is_dated(position), table.unit(position)
     header = "" if are_dates and not known_unit(header) else header
     if are_dates and not (header or config.unit or unit_by_name(title)):
-        return Column(position, title, config, "", None)
+        return ReadColumn(position, title, config, "", None)
     column = column_at(table, position, config, "s", header)
     if is_counts(column.unit):
         message = "counts the samples and is not a time; give the sampling frequency instead"

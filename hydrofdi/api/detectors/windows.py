@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.sources import Said, held, records_of
+from hydrofdi.api.sources import Described, held, records_of
 from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.judged import JudgedWindow, Tally
@@ -25,7 +25,7 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text
 
 
-def watched(detector: Detector, chunks: Iterable[Any], said: Said) -> Iterator[dict[str, Any]]:
+def watched(detector: Detector, chunks: Iterable[Any], said: Described) -> Iterator[dict[str, Any]]:
     """The lines of a stream, as they come."""
     file, state = detector.file, detector.start()
     for chunk in _chunks(chunks, said, said.frequency or file.sampling_frequency):
@@ -34,7 +34,7 @@ def watched(detector: Detector, chunks: Iterable[Any], said: Said) -> Iterator[d
     yield from (line_record(line, file.unit) for line in detector.end(state)[1])
 
 
-def _chunks(chunks: Iterable[Any], said: Said, frequency: float) -> Iterator[Chunk]:
+def _chunks(chunks: Iterable[Any], said: Described, frequency: float) -> Iterator[Chunk]:
     """Chunks with their instants; those without any follow each other."""
     n_before = 0
     for each in chunks:

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile, Scale
-from hydrofdi.detectors.trained.measuring import TEMPERATURE, Measured, of_row
+from hydrofdi.detectors.trained.measuring import TEMPERATURE, Leak, Measured, of_row
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.scores import Direction, comparable
+from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import ZEROS
@@ -194,6 +195,8 @@ class Verdict:
         Why the verdict is doubtful, which it remains all the same; empty if it is not.
     temperature : float or None
         Mean oil temperature [K]; None if it is not measured.
+    leak : Leak or None
+        Size of a leak, whatever is judged; None if the indicator does not state it.
     """
 
     score: float | None = None
@@ -202,6 +205,7 @@ class Verdict:
     fault: Issue | None = None
     doubt: str = ""
     temperature: float | None = None
+    leak: Leak | None = None
 
     @property
     def is_beyond(self) -> bool | None:
@@ -249,15 +253,15 @@ def verdict_of(
     fault = fault or next((Issue(each.message, kind="novel") for each in reasons), None)
     if distance >= 0.0:
         fault = fault or other or _wrong_side(file, score)
-    elif other is not None:
-        doubts = (*doubts, other)
+    else:
+        doubts = (*(each for each in doubts if each.kind not in OF_LEAKS), *filter(None, [other]))
     if fault is None:
         more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
         doubt = "".join(each.message for each in doubts[:1]) + more
-        return Verdict(score, distance < 0.0, margin, None, doubt, temperature)
+        return Verdict(score, distance < 0.0, margin, None, doubt, temperature, measured.leak)
     if distance < 0.0:
         fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
-    return Verdict(score, None, margin, fault, temperature=temperature)
+    return Verdict(score, None, margin, fault, temperature=temperature, leak=measured.leak)
 
 
 def _wrong_side(file: DetectorFile, score: float) -> Issue | None:

@@ -19,14 +19,21 @@ N_PLACE = 6
 
 LEAKS = tuple(f"internal_coefficient_{place}" for place in range(N_PLACE))
 
-_MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "position_gain", "lag", "position_lag")
+GAPS = tuple(f"laminar_{place}" for place in range(N_PLACE))
+
+_MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "lag", "position_lag")
 
 NAMES = (*LEAKS, *UNKNOWNS[1:], *_MORE)
 """Unknowns: K_i along the stroke, those of `chamber_balance`, conductances of a laminar seal leak and of
-leaks of each chamber to the outside, relative gain errors of the pressures and the position, and how much
-spool and position are behind [s]."""
+leaks of each chamber to the outside, relative gain errors of the pressures, and how much spool and position
+are behind [s]."""
 
-PLACE = {name: place for place, name in enumerate(NAMES)}
+CAUSES = (*NAMES, "position_gain", "feed_1", "feed_2", *GAPS)
+"""The unknowns, and what else a fault may change and is seen through them: relative gain error of the position
+(as an unknown it would explain all motion away), conductances of the clearance of each supply edge and of a
+laminar leak along the stroke."""
+
+PLACE = {name: place for place, name in enumerate(CAUSES)}
 
 EDGES = {"supply 1": (1, 1), "return 1": (1, -1), "supply 2": (-1, -1), "return 2": (-1, 1)}
 """Metering edge → sign of its chamber, and of the spool position that opens it."""
@@ -44,7 +51,8 @@ _CORRELATED = 25.0
 
 
 class Fitted(NamedTuple):
-    """Equations of records about their laps: moments (n_record, N + 1, N + 1), counts, laps (n_record, 4)."""
+    """Equations of records about their laps: moments (n_record, M + 1, M + 1) of the M causes and the target,
+    counts, laps (n_record, 4)."""
 
     moments: Array
     counts: Array
@@ -52,8 +60,8 @@ class Fitted(NamedTuple):
 
 
 class Estimates(NamedTuple):
-    """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true unknowns to
-    these, and covariances (n_record, N, N)."""
+    """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true causes to these
+    (n_record, N, M), and covariances (n_record, N, N)."""
 
     values: Array
     misfits: Array
@@ -85,7 +93,7 @@ class FaultBalance:
 
     @cached_property
     def scales(self) -> Array:
-        """Size of a change of each unknown that the estimate expects; its prior deviation (N,)."""
+        """Size of a change of each cause (M,); of an unknown also the prior deviation of its estimate."""
         options, flow = self.options, 0.2 * self.flow
         supply, modulus, lap = options.supply_pressure, options.bulk_modulus, 0.05 * self.largest_opening
         at = options.reference_pressure
@@ -95,14 +103,15 @@ class FaultBalance:
             "bias_2": 0.01 * supply, "return_pressure": 0.05 * supply, "free_air": 0.05,
             "supply_resistance": 0.01 * supply / self.flow, "gain_by_direction": 0.015,
             "gain_by_feeding": 0.015, "gain_by_chamber": 0.015, "lap_by_feeding": lap,
-            "lap_by_chamber": lap, "laminar": flow / at, "external_1": flow / at, "external_2": flow / at,
+            "lap_by_chamber": lap, **dict.fromkeys(("laminar", "external_1", "external_2"), flow / at),
+            **dict.fromkeys(("feed_1", "feed_2", *GAPS), flow / at),
             "gain_1": 0.02, "gain_2": 0.02, "position_gain": 0.02, "lag": 2e-3, "position_lag": 2e-3,
         }  # fmt: skip
         if not self.both:
             for name in ("bias_2", "gain_2", "external_2", "gain_by_chamber", "lap_by_chamber"):
                 # Without the second sensor the prior holds these at zero.
                 own[name] *= 1e-6
-        return np.array([own.get(name, flow / np.sqrt(at)) for name in NAMES])
+        return np.array([own.get(name, flow / np.sqrt(at)) for name in CAUSES])
 
     def fit(self, records: RecordBatch) -> Fitted:
         """Equations about the laps of each record; the valve is not linear in its laps."""
@@ -112,7 +121,7 @@ class FaultBalance:
         for trial in range(_N_FIT):
             moments, counts = self._moments(records, laps)
             if trial < _N_FIT - 1:
-                values = self._settled(moments, counts)
+                values, _ = self._settled(moments, counts)
                 # Gauss-Newton: the laps found so far move the spool, the others are found about it.
                 found = (values[:, places] * self.scales[places]) @ CONTRASTS.T
                 laps = np.clip(laps + found, -reach, reach)
@@ -122,40 +131,40 @@ class FaultBalance:
         """Estimates if the squared error of the equations is `variance` times the stated one."""
         normal, right, square = self._normal(fitted.moments)
         # Unknowns are in prior deviations, so the prior adds the unit matrix.
-        covariances = np.asarray(np.linalg.inv(normal / variance + np.eye(len(NAMES))), dtype=float)
+        own = normal[:, :, : len(NAMES)]
+        covariances = np.asarray(np.linalg.inv(own / variance + np.eye(len(NAMES))), dtype=float)
         values = np.einsum("rij,rj->ri", covariances, right / variance)
-        misfits = self._misfits(values, normal, right, square, fitted.counts)
+        misfits = self._misfits(values, own, right, square, fitted.counts)
         values = values.copy()
         # Estimates are about the laps of the fit, which are added.
-        own = fitted.laps @ np.linalg.inv(CONTRASTS).T
+        laps = fitted.laps @ np.linalg.inv(CONTRASTS).T
         for column, name in enumerate(_OF_EDGES):
-            values[:, PLACE[name]] += own[:, column] / self.scales[PLACE[name]]
+            values[:, PLACE[name]] += laps[:, column] / self.scales[PLACE[name]]
         return Estimates(values, misfits, np.asarray(covariances @ (normal / variance)), covariances)
 
     def variance(self, fits: Sequence[Fitted]) -> float:
         """Squared error of the equations over the stated one that agrees with the misfits of some records."""
-        misfits = [
-            self._misfits(self._settled(each.moments, each.counts), *self._normal(each.moments), each.counts)
-            for each in fits
-        ]
-        return float(1.0 + _CORRELATED * max(float(np.median(np.concatenate(misfits))) ** 2 - 1.0, 0.0))
+        found = [self._settled(each.moments, each.counts)[1] for each in fits]
+        return float(np.median(np.concatenate(found)))
 
-    def _settled(self, moments: Array, counts: Array) -> Array:
-        """Estimates (n_record, N) with errors that agree with the misfit of each record."""
+    def _settled(self, moments: Array, counts: Array) -> tuple[Array, Array]:
+        """Estimates (n_record, N), and squared errors that agree with the misfit of each record."""
         normal, right, square = self._normal(moments)
-        variances = np.full(len(moments), 10.0)
-        # Estimates and variance depend on each other: fixed-point steps.
+        own = normal[:, :, : len(NAMES)]
+        # Estimates and variance depend on each other: fixed-point steps down from the data sheet alone.
+        variances = 1.0 + _CORRELATED * square / np.maximum(counts, 1.0)
         for _ in range(4):
-            weighted = normal / variances[:, None, None] + np.eye(len(NAMES))
+            weighted = own / variances[:, None, None] + np.eye(len(NAMES))
             values = np.linalg.solve(weighted, (right / variances[:, None])[..., None])[..., 0]
-            misfits = self._misfits(values, normal, right, square, counts)
+            misfits = self._misfits(values, own, right, square, counts)
             variances = 1.0 + _CORRELATED * np.maximum(misfits**2 - 1.0, 0.0)
-        return np.asarray(values)
+        return np.asarray(values), np.asarray(variances)
 
     def _normal(self, moments: Array) -> tuple[Array, Array, Array]:
-        scaled = moments / self.options.error**2
-        normal = scaled[:, :-1, :-1] * self.scales[:, None] * self.scales
-        return normal, scaled[:, :-1, -1] * self.scales, scaled[:, -1, -1]
+        """Equations of the unknowns: products with all causes, with the target, and its square."""
+        scaled, n_own = moments / self.options.error**2, len(NAMES)
+        normal = scaled[:, :n_own, :-1] * self.scales[:n_own, None] * self.scales
+        return normal, scaled[:, :n_own, -1] * self.scales[:n_own], scaled[:, -1, -1]
 
     def _misfits(self, values: Array, normal: Array, right: Array, square: Array, counts: Array) -> Array:
         # Residual sum of squares from sums of products; rounding can leave less than zero.
@@ -173,9 +182,10 @@ class FaultBalance:
         first, second = (np.ascontiguousarray(each) for each in balance.pressures)
         position = np.ascontiguousarray(balance.position)
         weights = weak_weights(half, frequency)
-        moments = np.zeros((n_record, len(NAMES) + 1, len(NAMES) + 1))
+        moments = np.zeros((n_record, len(CAUSES) + 1, len(CAUSES) + 1))
         counts = np.zeros(n_record)
-        leaks = self._leaks(first - second, position)
+        leaks = self._along(signed_root(first - second), position)
+        gaps = self._along(first - second, position)
         speed = np.gradient(position, axis=1) * frequency
 
         def integral(signal: Array, row: int = 0) -> Array:
@@ -198,6 +208,7 @@ class FaultBalance:
             # A gain error of a pressure acts on the orifice and on the compression.
             of_gain = integral(slope * pressure) - regular[:, :, PLACE_OF_MODULUS] / options.bulk_modulus
             nothing = np.zeros_like(external)
+            fed = [-sign * integral(supply - pressure), nothing]
             own = [external, nothing] if chamber == 0 else [nothing, external]
             own += [of_gain, nothing] if chamber == 0 else [nothing, of_gain]
             columns = [
@@ -205,9 +216,11 @@ class FaultBalance:
                 *np.moveaxis(regular[:, :, 1:], 2, 0),
                 integral(first - second),
                 *own,
-                -area * integral(position, 1),
                 integral(gain * root * np.gradient(spool, axis=1) * frequency),
                 area * integral(speed, 1),
+                -area * integral(position, 1),
+                *(fed[::-1] if chamber else fed),
+                *(integral(gap) for gap in gaps),
                 targets[:, :, chamber],
             ]
             kept = counting_windows(spool, frequency, options)
@@ -216,11 +229,10 @@ class FaultBalance:
             counts += kept.sum(axis=1)
         return moments, counts
 
-    def _leaks(self, difference: Array, position: Array) -> list[Array]:
-        """Flow per K_i at places along the stroke: hat functions with sum 1."""
+    def _along(self, flow: Array, position: Array) -> list[Array]:
+        """A flow at places along the stroke: hat functions with sum 1."""
         place = np.interp(position, self.places, np.arange(N_PLACE))
-        root = signed_root(difference)
-        return [root * np.clip(1.0 - np.abs(place - each), 0.0, 1.0) for each in range(N_PLACE)]
+        return [flow * np.clip(1.0 - np.abs(place - each), 0.0, 1.0) for each in range(N_PLACE)]
 
     def _moved(self, spool: Array, laps: Array, chamber: int) -> Array:
         """Spool position less the lap of the edge of a chamber that it opens; zero in between."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import NAMES
+from hydrofdi.diagnosis.balance import CAUSES
 from hydrofdi.diagnosis.history import History, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, SENSORS, Hypothesis, hypotheses
 from hydrofdi.evaluation.scores import comparable
@@ -172,9 +172,9 @@ class Judge:
                 place = self.history.names.index(name)
                 scatter[place, place] *= 1.0 + _FREE**2
         scatter[-1, -1] += _MISFIT**2
-        moved = hypothesis.directions.copy()
-        # Unknowns of the balance are seen through its estimate, forces and pressure directly.
-        moved[:, : len(NAMES)] = moved[:, : len(NAMES)] @ gain.T
+        # Causes of the balance are seen through its estimate, forces and pressure directly.
+        own, rest = np.split(hypothesis.directions, [len(CAUSES)], axis=1)
+        moved = np.hstack((own @ gain.T, rest))
         white, log_determinant = self._whitened(scatter, np.vstack((difference, moved)))
         return _Shift(white[0], white[1:], log_determinant)
 
@@ -292,13 +292,13 @@ class Judge:
 
     def _telling(self, change: Array, known: float) -> str:
         """The sensor that tells a change of the true quantities best; empty if none does."""
-        scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(NAMES))))
+        scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(CAUSES))))
         best, found = known, ""
         for sensor, errors in SENSORS.items():
             square = known
             for name, error in errors.items():
-                if name in self.history.names:
-                    place = self.history.names.index(name)
+                if name in self.history.causes:
+                    place = self.history.causes.index(name)
                     square += float(change[place] * scales[place] / error) ** 2
             if comparable(square) > comparable(max(best, _TOLD_APART)):
                 best, found = square, sensor

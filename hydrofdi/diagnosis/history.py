@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
+from hydrofdi.diagnosis.balance import CAUSES, LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.balancing import P1, P2, BalanceOptions
 from hydrofdi.records import Array, RecordBatch
@@ -111,9 +111,14 @@ class History:
     share: float
     n_record: int
 
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """What faults may change: the causes of the balance, and what is compared beside its unknowns."""
+        return (*CAUSES, *self.names[len(NAMES) :])
+
     def scatter_of(self, gain: Array, covariance: Array) -> Array:
         """Scatter of a record with this gain and covariance: larger if it tells less than those before."""
-        own = self.share * np.maximum(np.diag(covariance @ gain.T) - self.noise, 0.0)
+        own = self.share * np.maximum(np.diag(covariance @ gain[:, : len(NAMES)].T) - self.noise, 0.0)
         return self.scatter + np.diag(np.concatenate((own, np.zeros(len(self.names) - len(own)))))
 
     def value(self, name: str) -> float:
@@ -147,7 +152,7 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     squares = np.sum(deviations**2, axis=0) / (n_record - 1)
     covariances = np.concatenate([part[1].covariances for part in parts])
     gains = np.concatenate([part[1].gains for part in parts])
-    noise = _symmetric(np.mean(covariances @ np.swapaxes(gains, 1, 2), axis=0))
+    noise = _symmetric(np.mean(covariances @ np.swapaxes(gains[:, :, :n_own], 1, 2), axis=0))
     expected = np.diag(squares)
     # The errors of the model repeat from record to record, so that these scatter less than it says.
     told = np.diag(noise) > 1e-9
@@ -173,13 +178,13 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
     names, n_own = signature_names(options), len(NAMES)
     stated = options.prior_deviations(records, options.n_pressure)
     leaks = 0.002 * balance.flow / np.sqrt(options.reference_pressure)
-    deviations = np.array([0.0 if name in LEAKS else stated.get(name, 0.0) for name in NAMES])
+    deviations = np.array([0.0 if name in LEAKS else stated.get(name, 0.0) for name in CAUSES])
     deviations[: len(LEAKS)] = leaks
     for name in ("gain_1", "gain_2", "position_gain"):
         deviations[PLACE[name]] = 0.005
     gain = estimates.gains.mean(axis=0)
     scatter = np.zeros((len(names), len(names)))
-    noise = np.mean(estimates.covariances @ np.swapaxes(estimates.gains, 1, 2), axis=0)
+    noise = np.mean(estimates.covariances @ np.swapaxes(estimates.gains[:, :, :n_own], 1, 2), axis=0)
     scatter[:n_own, :n_own] = _symmetric(noise)
     scatter[:n_own, :n_own] += gain @ np.diag((deviations / balance.scales) ** 2) @ gain.T
     centre = np.zeros(len(names))
@@ -218,7 +223,7 @@ def _daily(balance: FaultBalance) -> Array:
         "bias_1": 3e-4 * options.supply_pressure,
         "bias_2": 3e-4 * options.supply_pressure,
     }
-    return np.array([changes.get(name, 0.0) for name in NAMES]) / balance.scales
+    return np.array([changes.get(name, 0.0) for name in CAUSES]) / balance.scales
 
 
 def _symmetric(matrix: Array) -> Array:

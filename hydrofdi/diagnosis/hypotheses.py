@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import EDGES, LEAKS, NAMES
+from hydrofdi.diagnosis.balance import CAUSES, EDGES, GAPS, LEAKS
 from hydrofdi.diagnosis.history import History
 from hydrofdi.records import Array
 
@@ -22,8 +22,8 @@ class Hypothesis:
         Name in files, what a person calls it, and the SI unit of its size.
     usual : float
         A usual size.
-    directions : ndarray, shape (n_direction, n_name)
-        Change of the true quantities per size, over the scales of the unknowns; any of them may be true.
+    directions : ndarray, shape (n_direction, n_cause)
+        Change of the true causes per size, over their scales; any of them may be true.
     free : tuple of str
         Quantities that it changes by an amount that is not known.
     advice : str
@@ -70,7 +70,7 @@ _NEEDS = {
 
 def hypotheses(history: History) -> list[Hypothesis]:
     """All faults that the sensors can show."""
-    balance, names = history.balance, history.names
+    balance, names = history.balance, history.causes
     options, (first, second) = balance.options, balance.options.areas
     at, supply, flow = options.reference_pressure, options.supply_pressure, 0.03 * balance.flow
     opening, modulus, mean = balance.largest_opening, 1.0 / options.bulk_modulus, history.value("pressure")
@@ -86,7 +86,7 @@ def hypotheses(history: History) -> list[Hypothesis]:
         made = np.zeros((len(changes), len(names)))
         for row, change in enumerate(changes):
             for place, name in enumerate(names):
-                scale = balance.scales[place] if place < len(NAMES) else 1.0
+                scale = balance.scales[place] if place < len(CAUSES) else 1.0
                 made[row, place] = change.get(name, 0.0) / scale
         return made
 

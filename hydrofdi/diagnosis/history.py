@@ -143,7 +143,7 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     """History of a machine from its healthy records, at least `FEWEST`."""
     balance = balance_of(healthy, options)
     fits = [balance.fit(batch) for batch in healthy]
-    variance = balance.variance(fits)
+    variance = _scattering(balance, fits)
     parts = [signatures(balance, batch, variance, own) for batch, own in zip(healthy, fits, strict=True)]
     found = np.concatenate([part[0] for part in parts])
     names = signature_names(options)
@@ -154,19 +154,35 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     gains = np.concatenate([part[1].gains for part in parts])
     noise = _symmetric(np.mean(covariances @ np.swapaxes(gains[:, :, :n_own], 1, 2), axis=0))
     expected = np.diag(squares)
-    # The errors of the model repeat from record to record, so that these scatter less than it says.
-    told = np.diag(noise) > 1e-9
-    # The median over the unknowns of which the records tell anything.
-    share = max(float(np.median(squares[:n_own][told] / np.diag(noise)[told])), _LEAST_SHARE)
     gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
-    expected[:n_own, :n_own] = share * noise + gain @ changes @ gain.T
+    expected[:n_own, :n_own] = noise + gain @ changes @ gain.T
     expected[-1, -1] = max(squares[-1], 0.1**2)
     expected[n_own:-1, n_own:-1] += np.diag(_usual(balance, found.mean(axis=0)[n_own:-1]) ** 2)
     own = _PRIOR_RECORDS + n_record - 1
     # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), share, n_record)
+    return History(balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), 1.0, n_record)
+
+
+def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
+    """Squared error of the equations over the stated one that agrees with the scatter of the estimates: most
+    errors of the model repeat from record to record, so that they scatter less than they misfit."""
+    variance = balance.variance(fits)
+    # Estimates and their errors depend on each other: fixed-point steps.
+    for _ in range(_N_STEP):
+        found = [balance.estimate(each, variance) for each in fits]
+        values = np.concatenate([each.values for each in found])
+        noise = np.mean(np.concatenate([each.noise for each in found]), axis=0)
+        told = noise > 1e-9
+        # The median over the unknowns of which the records tell anything.
+        variance *= float(np.median(np.var(values[:, told], axis=0, ddof=1) / noise[told]))
+        variance = max(variance, FLOOR)
+    return variance
+
+
+FLOOR = float(__import__("os").environ.get("FLOOR", 1))
+_N_STEP = int(__import__("os").environ.get("NSTEP", 6))
 
 
 def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:

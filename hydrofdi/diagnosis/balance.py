@@ -216,6 +216,8 @@ class FaultBalance:
             sums = new_sums(n_record, options.n_pressure)
             signals = spool, position, first, second, supply, reference
             regular, targets = window_equations(options, records, 0, sums, *signals)
+            # The target is about the reference; here it is about the supply pressure used.
+            targets = targets - regular[:, :, :, UNKNOWNS.index("supply")] * more[:, :, None]
             regular = regular[:, :, chamber]
             # (7), (8): the supply edge is open, else the return edge.
             feeds = sign * spool >= 0.0

@@ -31,8 +31,8 @@ friction is linear, over the largest speed."""
 _USUAL = 2.5e-3
 """Usual change of friction, force and pressure from record to record, over supply pressure times area."""
 
-_LEAST_SHARE = 0.2
-"""Least share of the errors of the model that differs in the next record: a motion that repeats hides it."""
+_LEAST = 0.005
+"""Least scatter of an unknown, over its scale."""
 
 _ANY = 1e3
 """Deviation of what a data sheet does not state, over that of the record."""
@@ -96,9 +96,9 @@ def forces(balance: FaultBalance, records: RecordBatch) -> Array:
 class History:
     """A healthy machine: centre (n_name,) and scatter (n_name, n_name) of a further record's signature.
 
-    `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations; `noise` (N,): variances
-    of estimates that it expects of a record like these, and their `share` that scatters; `n_record`: healthy
-    records that it rests on, 0 if on the data sheet.
+    `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations; `noise` (N, N): covariance
+    of estimates that it expects of a record like these; `n_record`: healthy records that it rests on, 0 and no
+    `noise` if on the data sheet.
     """
 
     balance: FaultBalance
@@ -107,8 +107,7 @@ class History:
     scatter: Array
     dof: float
     variance: float
-    noise: Array
-    share: float
+    noise: Array | None
     n_record: int
 
     @property
@@ -117,9 +116,17 @@ class History:
         return (*CAUSES, *self.names[len(NAMES) :])
 
     def scatter_of(self, gain: Array, covariance: Array) -> Array:
-        """Scatter of a record with this gain and covariance: larger if it tells less than those before."""
-        own = self.share * np.maximum(np.diag(covariance @ gain[:, : len(NAMES)].T) - self.noise, 0.0)
-        return self.scatter + np.diag(np.concatenate((own, np.zeros(len(self.names) - len(own)))))
+        """Scatter of a record with this gain and covariance: larger where it tells less than those before."""
+        scatter, n_own = self.scatter.copy(), len(NAMES)
+        if self.noise is not None:
+            own = _symmetric(covariance @ gain[:, :n_own].T) + _LEAST**2 * np.eye(n_own)
+            factor = np.linalg.cholesky(self.noise + _LEAST**2 * np.eye(n_own))
+            half = np.linalg.solve(factor, np.linalg.solve(factor, own).T)
+            # Eigenvalues above one: directions in which it scatters more.
+            ratios, directions = np.linalg.eigh(_symmetric(half))
+            more = (factor @ directions) * np.sqrt(np.maximum(ratios - 1.0, 0.0))
+            scatter[:n_own, :n_own] += more @ more.T
+        return scatter
 
     def value(self, name: str) -> float:
         """Centre of a quantity that has no scale of its own."""
@@ -162,7 +169,7 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), 1.0, n_record)
+    return History(balance, names, found.mean(axis=0), spread, own, variance, noise, n_record)
 
 
 def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
@@ -170,19 +177,16 @@ def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
     errors of the model repeat from record to record, so that they scatter less than they misfit."""
     variance = balance.variance(fits)
     # Estimates and their errors depend on each other: fixed-point steps.
-    for _ in range(_N_STEP):
+    for _ in range(6):
         found = [balance.estimate(each, variance) for each in fits]
         values = np.concatenate([each.values for each in found])
         noise = np.mean(np.concatenate([each.noise for each in found]), axis=0)
         told = noise > 1e-9
         # The median over the unknowns of which the records tell anything.
-        variance *= float(np.median(np.var(values[:, told], axis=0, ddof=1) / noise[told]))
-        variance = max(variance, FLOOR)
+        share = float(np.median(np.var(values[:, told], axis=0, ddof=1) / noise[told]))
+        # The median of χ²/dof (Wilson and Hilferty) is what is expected of it.
+        variance = max(1.0, variance * share / (1.0 - 2.0 / (9.0 * (len(values) - 1))) ** 3)
     return variance
-
-
-FLOOR = float(__import__("os").environ.get("FLOOR", 1))
-_N_STEP = int(__import__("os").environ.get("NSTEP", 6))
 
 
 def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
@@ -209,8 +213,7 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
         scatter[place, place] = (_ANY * max(abs(centre[place]), 1e-9)) ** 2
     # ln misfit, as the variance is about 25 (`balance._CORRELATED`) times its square.
     centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
-    unbounded = np.full(n_own, np.inf)
-    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, unbounded, 1.0, 0)
+    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, None, 0)
 
 
 def _usual(balance: FaultBalance, centre: Array) -> Array:
@@ -249,5 +252,5 @@ def _symmetric(matrix: Array) -> Array:
 def _regular(scatter: Array) -> Array:
     """A scatter that can be inverted: a ten-thousandth of each variance, and of the unknowns' scales."""
     floor = np.diag(scatter) * 1e-4
-    floor[: len(NAMES)] += 0.005**2
+    floor[: len(NAMES)] += _LEAST**2
     return _symmetric(scatter) + np.diag(floor + 1e-30)

@@ -34,7 +34,6 @@ _SIZE = 0.85
 """Error of a size over the error of its direction: sizes of leaks were 0.5 to 1.4 of the true ones on twelve
 machines of real-rig."""
 
-GROW = float(__import__("os").environ.get("GROW", 0))
 _MISFIT = 0.1
 """Deviation of the logarithm of the misfit that every fault may add."""
 
@@ -251,7 +250,7 @@ class Judge:
         # abs(d − s v)² for all sizes and directions at once.
         left = np.sum(shift.difference**2) - 2.0 * sizes * (shift.directions @ shift.difference) + moved
         # The true shift differs from the model's by a share of it, in any direction.
-        wider = 1.0 + (hypothesis.error**2 + GROW**2 * (sizes / hypothesis.usual) ** 2) * moved / factor / count
+        wider = 1.0 + hypothesis.error**2 * moved / factor / count
         determinant = shift.log_determinant + count * np.log(wider)
         return _log_mean(self._log_density(left / factor / wider, determinant))
 

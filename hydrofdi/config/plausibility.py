@@ -246,8 +246,8 @@ def _nested(path: str, part: Any) -> Iterator[tuple[str, int]]:
         for name, value in part.items():
             yield from _nested(f"{path}.{name}", value)
     elif isinstance(part, list | tuple):
-        for place, value in enumerate(part, 1):
-            yield from _nested(f"{path}[{place}]", value)
+        for index, value in enumerate(part, 1):
+            yield from _nested(f"{path}[{index}]", value)
 
 
 def _shown_values(value: Any) -> str:

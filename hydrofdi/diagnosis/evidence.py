@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import NAMES
+from hydrofdi.diagnosis.balance import CAUSES
 from hydrofdi.diagnosis.history import History, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, SENSORS, Hypothesis, hypotheses
 from hydrofdi.evaluation.scores import comparable
@@ -43,6 +43,10 @@ _FREE = 30.0
 _SCALES = np.logspace(np.log10(1.5), 3.0, 16)
 """Scatter of a record with an unknown fault, over the healthy one."""
 
+_MISSED, _FORMS = 1.645, 0.1
+"""Deviation by which a fault that just would be seen may seem smaller than it is, and share of its forms that may
+be seen less."""
+
 _TOLD_APART = 2.0 * np.log(20.0)
 """Squared distance at which one fault is expected to be twenty times as likely as the other."""
 
@@ -58,8 +62,11 @@ class Finding:
         With its range if the healthy scatter is as small or large as its 95 % interval allows.
     size, size_low, size_high : float
         Estimate of the size and its 95 % interval, in `unit`; NaN if it has none.
+    visible : float
+        Size from which on nine in ten of its forms would be seen, in `unit`; infinite if no size would, NaN if
+        it has none.
     looks_like : tuple of str
-        Other faults that the sensors would not tell from it at this size.
+        Other faults that the sensors would not tell from it at this size; of none of these, the nearest one.
     told_by : mapping of str to str
         Such a fault → what to measure to tell it apart; missing if nothing that is known does.
     """
@@ -74,6 +81,7 @@ class Finding:
     size: float = float("nan")
     size_low: float = float("nan")
     size_high: float = float("nan")
+    visible: float = float("nan")
     looks_like: tuple[str, ...] = ()
     told_by: Mapping[str, str] = field(default_factory=dict)
 
@@ -93,6 +101,8 @@ class Judge:
     def __init__(self, history: History) -> None:
         self.history = history
         self.hypotheses = hypotheses(history)
+        n_other = len(self.hypotheses) + len(REPAIRS)
+        self._log_prior = float(np.log((1.0 - PRIOR_HEALTHY) * (1.0 - PRIOR_NONE) / n_other))
 
     def findings(self, record: RecordBatch) -> list[Finding]:
         """Findings on one record, the most probable first."""
@@ -100,7 +110,7 @@ class Judge:
         (own,), estimates = signatures(history.balance, record, history.variance)
         gain, covariance = estimates.gains[0], estimates.covariances[0]
         findings = self.judge(own, gain, covariance)
-        if findings[0].name == HEALTHY:
+        if not findings or findings[0].name == HEALTHY:
             return findings
         # A recording that is wired wrongly is undone exactly; only then is it worth the time.
         repaired = {
@@ -148,11 +158,15 @@ class Judge:
             name: self._whitened(scatter, (each - self.history.centre)[None])
             for name, each in (repaired or {}).items()
         }
+        visible = {each.name: self._visible(shifts[each.name][0], each, healthy[1]) for each in self.hypotheses}
+        if np.median([*visible.values()]) == np.inf:
+            return []
         chances = [self._probabilities(shifts, healthy, others, factor) for factor in self._factors()]
         best = chances[0]
         # Rounded, so that the order is the same on all processors.
         order = sorted(best, key=lambda name: -comparable(best[name]))
-        return [self._finding(name, chances, shifts, scatter, gain) for name in order]
+        found = [self._finding(name, chances, shifts, scatter, gain) for name in order]
+        return [replace(each, visible=visible.get(each.name, each.visible)) for each in found]
 
     def _factors(self) -> tuple[float, float, float]:
         """Factors on the scatter: as estimated, and the ends of its 95 % interval."""
@@ -172,9 +186,9 @@ class Judge:
                 place = self.history.names.index(name)
                 scatter[place, place] *= 1.0 + _FREE**2
         scatter[-1, -1] += _MISFIT**2
-        moved = hypothesis.directions.copy()
-        # Unknowns of the balance are seen through its estimate, forces and pressure directly.
-        moved[:, : len(NAMES)] = moved[:, : len(NAMES)] @ gain.T
+        # Causes of the balance are seen through its estimate, forces and pressure directly.
+        own, rest = np.split(hypothesis.directions, [len(CAUSES)], axis=1)
+        moved = np.hstack((own @ gain.T, rest))
         white, log_determinant = self._whitened(scatter, np.vstack((difference, moved)))
         return _Shift(white[0], white[1:], log_determinant)
 
@@ -202,19 +216,32 @@ class Judge:
         # A wider scatter adds to ln det once for each quantity.
         wide = self._log_density(square / spread, healthy[1] + size * np.log(spread))
         logs[NONE] = _log_mean(wide) + np.log((1.0 - PRIOR_HEALTHY) * PRIOR_NONE)
-        n_other = len(shifts) + len(REPAIRS)
-        each = np.log((1.0 - PRIOR_HEALTHY) * (1.0 - PRIOR_NONE) / n_other)
         for hypothesis in self.hypotheses:
             densities = [self._density(shift, hypothesis, factor) for shift in shifts[hypothesis.name]]
-            logs[hypothesis.name] = _log_mean(np.array(densities)) + each
+            logs[hypothesis.name] = _log_mean(np.array(densities)) + self._log_prior
         for name, (white, log_determinant) in others.items():
             found = float(self._log_density(np.array(np.sum(white**2) / factor), log_determinant))
-            logs[name] = found + each
+            logs[name] = found + self._log_prior
         top = max(logs.values())
         # Over the most probable one, as densities themselves may underflow.
         weights = {name: float(np.exp(value - top)) for name, value in logs.items()}
         total = sum(weights.values())
         return {name: weight / total for name, weight in weights.items()}
+
+    def _visible(self, shift: _Shift, hypothesis: Hypothesis, log_determinant: float) -> float:
+        """Size from which on this fault is more probable than that nothing is wrong; infinite if none is."""
+        count, lengths = len(self.history.names), np.sqrt(np.sum(shift.directions**2, axis=1))
+        length = float(np.quantile(lengths, _FORMS))
+        least = np.inf
+        for size in hypothesis.usual * _SIZES[::-1]:
+            # The direction errs; the last coordinate stands for the scatter beside it.
+            along = max(size * length / (1.0 + hypothesis.error) - _MISSED, 0.0)
+            seen = replace(shift, difference=np.array([along, np.sqrt(count)]), directions=np.array([[length, 0.0]]))
+            healthy = float(self._log_density(along**2 + count, log_determinant)) + np.log(PRIOR_HEALTHY)
+            if self._density(seen, hypothesis, 1.0) + self._log_prior < healthy:
+                break
+            least = size
+        return float(least)
 
     def _density(self, shift: _Shift, hypothesis: Hypothesis, factor: float) -> float:
         """Logarithm of the mean density over sizes and directions."""
@@ -240,7 +267,8 @@ class Judge:
         if name not in shifts:
             title = {HEALTHY: "nothing is wrong", NONE: "none of these"}.get(name) or REPAIRS[name]
             advice = "compare the description of the channels with the wiring" if name in REPAIRS else ""
-            return Finding(name, title, "", advice, **range_of)
+            alike = (max(shifts, key=lambda each: _cosine(shifts[each][-1])),) if name == NONE else ()
+            return Finding(name, title, "", advice, **range_of, looks_like=alike)
         hypothesis = next(each for each in self.hypotheses if each.name == name)
         shift = shifts[name][-1]
         moved = np.sum(shift.directions**2, axis=1)
@@ -292,17 +320,23 @@ class Judge:
 
     def _telling(self, change: Array, known: float) -> str:
         """The sensor that tells a change of the true quantities best; empty if none does."""
-        scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(NAMES))))
+        scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(CAUSES))))
         best, found = known, ""
         for sensor, errors in SENSORS.items():
             square = known
             for name, error in errors.items():
-                if name in self.history.names:
-                    place = self.history.names.index(name)
+                if name in self.history.causes:
+                    place = self.history.causes.index(name)
                     square += float(change[place] * scales[place] / error) ** 2
             if comparable(square) > comparable(max(best, _TOLD_APART)):
                 best, found = square, sensor
         return found
+
+
+def _cosine(shift: _Shift) -> float:
+    """Cosine of the angle between a difference and the nearest direction of a fault."""
+    lengths = np.linalg.norm(shift.directions, axis=1) * np.linalg.norm(shift.difference)
+    return float(comparable(np.max(shift.directions @ shift.difference / np.maximum(lengths, 1e-30))))
 
 
 def _log_mean(logs: Array) -> float:

@@ -16,7 +16,7 @@ from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.description import ChannelConfig, is_counts, known_unit, unit_mistake
 from hydrofdi.settings.messages import listed, nearest
-from hydrofdi.units import ZEROS, Unit, parse_unit, similar_units
+from hydrofdi.units import Unit, parse_unit, similar_units, zero_of
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 MOST_SHOWN = 12
@@ -144,7 +144,7 @@ class ReadColumn:
             values = values if config.gain is None else config.gain * values
             values = values + config.offset if config.offset else values
             values = scaled(-values if config.sign < 0 else values, self.factor)
-            return values + ZEROS[self.unit] if self.unit in ZEROS else values
+            return values + zero if (zero := zero_of(self.unit)) else values
 
 
 def columns_of(
@@ -306,12 +306,12 @@ def scaled(values: Array, factor: Fraction) -> Array:
     return product if denominator == 1 else product / float(denominator)
 
 
-def _meaning(unit: str) -> Unit | str | None:
-    return "counts" if is_counts(unit) else known_unit(unit)
+def _meaning(unit: str) -> tuple[Unit | str | None, float]:
+    return "counts" if is_counts(unit) else known_unit(unit), zero_of(unit)
 
 
-def _readings(unit: str, header: str) -> set[Unit | str | None]:
+def _readings(unit: str, header: str) -> set[tuple[Unit | str | None, float]]:
     """What a header's unit may mean, if it is not known: units like it, of the dimension of `unit`."""
     if is_unit(header):
         return {_meaning(header)}
-    return {parse_unit(each) for each in similar_units(header, unit)} if known_unit(unit) else set()
+    return {_meaning(each) for each in similar_units(header, unit)} if known_unit(unit) else set()

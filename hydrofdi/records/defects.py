@@ -13,7 +13,13 @@ from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array, Channel, RejectedRecord
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.recording import Recording
-from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
+from hydrofdi.records.stuck import (
+    frozen_stretch,
+    frozen_time,
+    is_ideal_rail,
+    must_change,
+    update_rate,
+)
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import ABOVE, BELOW, parse_quantity
@@ -123,6 +129,15 @@ def _of_channel(
         text = f"{channel} does not change for {frozen:.3g} s while the pressures do"
         yield Issue(text, channel, kind="stuck", is_unusable=True)
         return
+    frequency = recording.sampling_frequency
+    if (stretch := frozen_stretch(channel, recording.channels, frequency)) is not None:
+        begin, end = (recording.start_time + each / frequency for each in (stretch.start, stretch.stop))
+        text = f"{channel} does not change from {begin:.6g} to {end:.6g} s, but does otherwise"
+        yield Issue(text, channel, kind="stuck", is_unusable=True)
+        return
+    if rate := update_rate(samples, np.arange(samples.size) / frequency):
+        text = f"{channel} is updated at {rate:.3g} Hz, not {frequency:g} Hz: nothing above {rate / 2:.3g} Hz"
+        yield Issue(text, channel, kind="held")
     if np.ptp(samples) == 0.0:
         if not is_ideal_rail(channel, float(samples[0])):
             is_unusable = must_change(channel) or channel is Channel.SUPPLY_PRESSURE

@@ -15,7 +15,7 @@ from hydrofdi.records.batch import Array, Channel, RecordBatch
 from hydrofdi.records.columns import channel_called, scaled
 from hydrofdi.records.opening import parquet_library
 from hydrofdi.settings.messages import counted
-from hydrofdi.units import parse_unit
+from hydrofdi.units import parse_unit, zero_of
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,8 @@ class Selection:
                 continue
             unit = self.units.get(channel, own)
             factor = parse_unit(own).factor / parse_unit(unit).factor
-            yield WrittenColumn(channel.symbol, unit, scaled(values, factor))
+            zero = zero_of(unit)
+            yield WrittenColumn(channel.symbol, unit, scaled(values - zero if zero else values, factor))
 
 
 def selection(channels: Collection[str], units: Collection[str]) -> Selection:

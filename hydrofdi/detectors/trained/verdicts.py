@@ -43,6 +43,9 @@ _FEW = 30
 _PILE, _PILE_LEAST = 2.0, 0.02
 """Factor and offset of the healthy fraction of samples at an end value, above which a window is clipped."""
 
+_MORE_HELD = 0.25
+"""Fraction of repeated samples, beyond that of healthy windows, of a channel that is updated more slowly."""
+
 _COMMANDS = (Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION)
 """Channels that normally rest at their end values."""
 
@@ -59,7 +62,8 @@ def channel_facts(samples: Array) -> dict[str, Array]:
     dict of str to ndarray, shape (n_window,)
         ``low`` and ``high``: 1 % and 99 % quantile, as order statistics. ``activity``: RMS difference between
         adjacent samples. ``at_end``: fraction of samples at the lowest or at the highest value, whichever is
-        larger; ``is_at_high``: whether that is the highest. ``lowest`` and ``highest``.
+        larger; ``is_at_high``: whether that is the highest. ``lowest`` and ``highest``. ``held``: fraction of
+        samples that repeat the one before, without those at an end value.
     """
     n_time = samples.shape[1]
     rank = int(_TAIL * (n_time - 1))
@@ -68,6 +72,8 @@ def channel_facts(samples: Array) -> dict[str, Array]:
     at_low, at_high = (
         np.count_nonzero(samples == end[:, None], axis=1) / n_time for end in (lowest, highest)
     )
+    repeats = (samples[:, 1:] == samples[:, :-1]) & (samples[:, 1:] != lowest[:, None])
+    repeats &= samples[:, 1:] != highest[:, None]
     with np.errstate(over="ignore", invalid="ignore"):
         activity = (
             np.sqrt(np.mean(np.diff(samples, axis=1) ** 2, axis=1)) if n_time > 1 else np.zeros(len(samples))
@@ -80,14 +86,14 @@ def channel_facts(samples: Array) -> dict[str, Array]:
         "lowest": lowest,
         "highest": highest,
         "is_at_high": at_high > at_low,
+        "held": np.count_nonzero(repeats, axis=1) / n_time,
     }
 
 
 def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> ChannelRange:
     """Range of a channel, learned from the statistics of all healthy windows."""
-    low, high, activity, at_end = (
-        np.concatenate([each[name] for each in facts]) for name in ("low", "high", "activity", "at_end")
-    )
+    names = ("low", "high", "activity", "at_end", "held")
+    low, high, activity, at_end, repeated = (np.concatenate([each[name] for each in facts]) for name in names)
     span, wider = float(high.max() - low.min()), 1.0 + _FEW / low.size
     factor = _ACTIVITY**wider
     return ChannelRange(
@@ -95,6 +101,7 @@ def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> Cha
         high=_widened(high, span, wider),
         activity=(float(activity.min()) / factor, float(activity.max()) * factor),
         at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * float(at_end.max()) + _PILE_LEAST),
+        held=1.0 if channel in _COMMANDS else min(1.0, float(repeated.max()) + _MORE_HELD),
     )
 
 
@@ -304,6 +311,11 @@ def _finding(
         healthy = ranges[channel]
         if own["lowest"] == own["highest"] and healthy.at_end < 1.0:
             kinds["stuck"].append(f"{channel} is constant, but varies in healthy windows")
+        elif own["held"] > healthy.held:
+            kinds["stuck"].append(
+                f"{own['held']:.0%} of {channel} repeat the sample before; healthy windows allow"
+                f" {healthy.held:.0%}: it is updated more slowly, or frozen for a part"
+            )
         if comparable(own["at_end"]) > comparable(healthy.at_end):
             end = "highest" if own["is_at_high"] else "lowest"
             shown = shown_quantity(float(own[end]), channel.unit)

@@ -10,7 +10,7 @@ from typing import Any
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import HealthyRecords, experiment_of
 from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.diagnosis.diagnosing import Diagnosed
 from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
 from hydrofdi.diagnosis.evidence import Finding
@@ -132,7 +132,7 @@ def diagnose(
     ConfigError, DataError
         An argument is invalid, or channels are missing.
     """
-    said = Said(sampling_frequency, channel, unit)
+    said = Described(sampling_frequency, channel, unit)
     sources = open_records(data, tuple(Channel), replace(said, label=label))
     is_own, names = history is None, tuple(names_of("healthy", healthy, "labels of healthy records"))
     history_sources = sources if is_own else open_records(history, tuple(Channel), said)

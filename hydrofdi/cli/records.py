@@ -18,7 +18,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.indicators.record_measures import Column, RecordMeasures
+    from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
 
 _MOST_FAULTS, _MOST_ROWS, _FEW_RECORDS = 4, 20, 3
 """Most faults that are explained; most records, scores and pairs of groups; and most records beside each
@@ -56,11 +56,11 @@ def measure(
     'hydrofdi indicators' lists what can be measured.
     """
     from hydrofdi.api.measuring import Counted, measured_records
-    from hydrofdi.api.sources import Said
+    from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
 
     chosen_form = _form("json" if json else form, out)
-    said = Said(settings.get("sampling_frequency"))
+    said = Described(settings.get("sampling_frequency"))
     columns, measured, remarks = measured_records(sources, settings.get("indicators", "dwt"), said)
     tell(*(f"warning: {remark}" for remark in remarks))
     tally = Counted()
@@ -86,7 +86,9 @@ def _form(form: str | None, out: Path | None) -> str:
     return form
 
 
-def _write(form: str, out: Path | None, columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
+def _write(
+    form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
+) -> None:
     from hydrofdi.api.measuring import write_measures
     from hydrofdi.report.answer import Reply
     from hydrofdi.report.forms.measures import csv_lines, json_parts
@@ -100,7 +102,7 @@ def _write(form: str, out: Path | None, columns: Sequence[Column], records: Iter
             write_out(line)
 
 
-def _measures(columns: Sequence[Column], records: Iterator[RecordMeasures]) -> Iterator[Any]:
+def _measures(columns: Sequence[MeasuredOutput], records: Iterator[RecordMeasures]) -> Iterator[Any]:
     """The first records, and how many there are."""
     from hydrofdi.report.forms.measures import measures_table, upright
 

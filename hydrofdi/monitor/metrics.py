@@ -26,8 +26,8 @@ Metric = TypeVar("Metric", Counter, Gauge, Info, Enum)
 _EARLIEST = 1e9
 """Stream times above this [s], an instant in 2001, are taken as seconds since 1970."""
 
-_PATIENCE = 3.0
-"""Longest time that a client gets [s]."""
+_PATIENCE = 1.0
+"""Longest time that a client gets, while up to five others wait [s]; a usual scrape waits for 10 s."""
 
 
 class MetricsServer:

@@ -18,7 +18,7 @@ from hydrofdi.records.streams import State
 from hydrofdi.store.files import reason, require_regular
 from hydrofdi.store.folder import file_lock
 
-VERSION = 5
+VERSION = 6
 """Raise it when arrays of the state get another name or meaning."""
 
 _APPLICATION = {"fleet": 0x48464644, "machine": 0x4846464D}
@@ -76,7 +76,10 @@ class StateStore:
         if row is None:
             return None
         source, detector, position, body = row
-        return StoredMachine(source, detector, json.loads(position), _unpacked(body))
+        try:
+            return StoredMachine(source, detector, dict(json.loads(position)), _unpacked(body))
+        except (ValueError, TypeError):  # a forged row has the right checksum
+            raise self._damage from None
 
     def read_log(self) -> Position:
         """Where the log continues; empty at the first start."""
@@ -89,7 +92,8 @@ class StateStore:
         rows = []
         for name, each in machines.items():
             body, position = _packed(each.state), json.dumps(dict(each.position))
-            rows.append((name, each.source, each.detector, position, body, crc32(body)))
+            row = name, each.source, each.detector, position, body
+            rows.append((*row, _checksum(*row)))
         with self._troubles("written"), self._database as database:
             database.execute("begin immediate")
             database.executemany("insert or replace into machine values (?, ?, ?, ?, ?, ?)", rows)
@@ -113,9 +117,13 @@ class StateStore:
                     f"begin; pragma application_id = {mark}; pragma user_version = {VERSION};"
                     f"{_TABLES} commit;"
                 )
-            for body, checksum in database.execute("select state, checksum from machine"):
-                if checksum != crc32(body):
-                    raise StoreError(f"{self.path}: is damaged; remove it to start from scratch")
+            for *row, checksum in database.execute("select * from machine"):
+                if checksum != _checksum(*row):
+                    raise self._damage
+
+    @property
+    def _damage(self) -> StoreError:
+        return StoreError(f"{self.path}: is damaged; remove it to start from scratch")
 
     @contextmanager
     def _troubles(self, what: str) -> Iterator[None]:
@@ -123,6 +131,11 @@ class StateStore:
             yield
         except sqlite3.DatabaseError as error:
             raise StoreError(f"{self.path}: cannot be {what}: {reason(error)}") from None
+
+
+def _checksum(name: str, source: str, detector: str, position: str, state: bytes) -> int:
+    """Of a row without its checksum."""
+    return crc32(state, crc32(repr((name, source, detector, position)).encode()))
 
 
 def _packed(state: State) -> bytes:

@@ -56,6 +56,7 @@ def logged(path, without=("started", "resumed", "stopped", "connected", "disconn
     for line in path.read_text().splitlines() if path.exists() else []:
         record = json.loads(line)
         name = record.pop("machine")
+        record.pop("digest", None)
         if record.get("event") not in without and name is not None:
             found.setdefault(name, []).append(record)
     return found

@@ -89,10 +89,10 @@ def normalize_score(source: Source, score: Any, path: Path, made: Mapping[str, I
         f"{label}.{output.name}" for label, each in made.items() for output in each.outputs if output.is_score
     ]
     for key in ("of", "by"):
-        for place, name in enumerate(score[key] if isinstance(score.get(key), list) else ()):
+        for index, name in enumerate(score[key] if isinstance(score.get(key), list) else ()):
             if _CHOICE_OF_ONE.sub("", str(name)) not in (*made, *numbers):
                 message = f"no indicator gives {name!r}{nearest(str(name), [*made, *numbers])}"
-                source.mistakes.append(source.mistake((*path, key, place), message))
+                source.mistakes.append(source.mistake((*path, key, index), message))
 
 
 def normalize_chart(source: Source, chart: Any, path: Path, model: type[ChartConfig]) -> None:

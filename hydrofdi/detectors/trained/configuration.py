@@ -176,6 +176,12 @@ class Feature:
         pairs = self.indicators.items()
         return {f"{label}.{output.name}": output for label, each in pairs for output in each.outputs}
 
+    @property
+    def leak(self) -> tuple[str, str] | None:
+        """Outputs with the mean flow of a leak of any law, and its deviation; None if there are none."""
+        names = (name for name, each in self.outputs.items() if each.name == "mean_leakage")
+        return next(((name, f"{name}_error") for name in names), None)
+
     def values(self, measured: Mapping[str, Array]) -> Array:
         """The numbers among the values of all outputs, shape (n_record, n_number)."""
         everything: Any = slice(None)

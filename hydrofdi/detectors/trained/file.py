@@ -227,6 +227,9 @@ class ChannelRange(Part):
     at_end: Share
     """Largest fraction of samples at the lowest or at the highest value; above it a window is clipped."""
 
+    held: Share = 1.0
+    """Largest fraction of samples that repeat the one before; above it a window is stuck."""
+
 
 class DetectorFile(Part):
     """A trained detector."""

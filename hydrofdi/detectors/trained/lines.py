@@ -87,6 +87,7 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
         "beyond_limit": verdict.is_beyond,
         "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.message},
         "doubt": verdict.doubt or None,
+        "leak": verdict.leak and verdict.leak.to_dict(),
         "oil_temperature": _finite(verdict.temperature),
         "chart": chart and {
             "statistic": _finite(chart.statistic),

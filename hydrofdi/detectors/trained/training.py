@@ -120,6 +120,7 @@ def train(
         others = f"{fleet_name}, {fleet.fleet.n_machine} machines"
     spreads, is_two_sided = standardised(found.scores, own, direction), direction is Direction.BOTH
     used = feature if trained is None else feature.of(trained.numbers)
+    known = [found.fits] if fleet is None else [found.fits, fleet.fits]
     fits = {name: each.possible[1] or 0.0 for name, each in used.outputs.items() if each.is_fit}
     in_full: dict[str, Any] = {
         "direction": direction,
@@ -156,7 +157,7 @@ def train(
         positive=tuple(
             name for name, each in used.outputs.items() if each.is_positive and not found.n_not_positive[name]
         ),
-        fits={name: max(limit, found.fits.get(name, limit)) for name, limit in fits.items()},
+        fits={name: max(limit, *(of.get(name, limit) for of in known)) for name, limit in fits.items()},
         drive=drive,
     )
 

@@ -52,7 +52,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """
 
     name = "weak_rls"
-    version = 7
+    version = 8
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
         " Recursive Identification (1983), chapter 2; a prior that is not forgotten is specific to hydrofdi"

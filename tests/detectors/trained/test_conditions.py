@@ -9,7 +9,7 @@ import hydrofdi
 from hydrofdi.detectors.trained.lines import line_record
 from hydrofdi.detectors.trained.measuring import Measured
 from hydrofdi.detectors.trained.verdicts import coverage, outside, verdict_of
-from hydrofdi.errors import NotStatedError
+from hydrofdi.errors import Issue, NotStatedError
 from tests.commands import run_hydrofdi
 from tests.detectors.trained.test_training import trained
 
@@ -88,6 +88,21 @@ def test_of_an_estimate_outside_its_range_an_alarm_stays_and_other_windows_are_n
         assert "b.bulk_modulus is 900 MPa" in (found.doubt or found.fault.message)
     within = Measured(np.array([high + 1.0]), conditions={"b.bulk_modulus": 550e6})
     assert verdict_of(file, high + 1.0, within).doubt == ""
+
+
+def test_what_a_leak_explains_does_not_make_an_alarm_doubtful():
+    file = trained(np.random.default_rng(0).standard_normal((100, 1)))
+    found = [Issue(kind, "b.misfit", kind=kind) for kind in ("misfit", "unexplained", "incompressible")]
+    high = file.limits.high
+    for score, kinds, doubt in (
+        (high + 1.0, ("misfit", "unexplained", "incompressible"), ""),
+        (high - 1.0, ("misfit",), "misfit"),
+        (high + 1.0, ("misfit", "impossible"), "impossible"),
+    ):
+        doubts = tuple(
+            each for each in (*found, Issue("impossible", "b", kind="impossible")) if each.kind in kinds
+        )
+        assert verdict_of(file, score, Measured(np.array([score]), doubts=doubts)).doubt == doubt
 
 
 def test_few_windows_leave_more_room():

@@ -308,7 +308,7 @@ def _given_unit(text: str, wanted: str) -> Unit:
     try:
         return parse_unit(text)
     except ValueError as error:
-        similar = similar_units(text, wanted)
+        similar = similar_units(text[:MOST_CHARACTERS], wanted)
         hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
         raise ValueError(f"{error}{hint}") from None
 

@@ -1,47 +1,60 @@
-"""Histories of a score over days: from the log of a monitor, or from measured records with dates."""
+"""Histories of a score over days: from logs of a monitor, or from measured records with dates."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.measuring import TEMPERATURE
-from hydrofdi.diagnosis.trends import FIRST_DATE, History
+from hydrofdi.diagnosis.trends import FIRST_DATE, History, instant_text
 from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.evaluation.change_point import FEWEST
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
+from hydrofdi.indicators.selection import assumed_plants, of_machine
 from hydrofdi.records import Channel, RecordSource
+from hydrofdi.records.source import MeasuredSource
+from hydrofdi.settings.messages import counted
 
-_LOG = b'{"line":'
+_LINE = b'{"line":'
+_HEAD = 1 << 20
+"""Bytes at the beginning of a log among which a line begins."""
 
 _P1, _P2, _X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 
+_Row = tuple[float, float, float, str]
+"""End [s], score, oil temperature [K], and digest of the detector, of a window; empty if it is not known."""
 
-def history_of(data: Any, indicator: str, output: str, said: Described) -> History:
-    """The history in logs of a monitor, in the lines of one, or in measured records.
+
+def histories_of(
+    data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
+) -> dict[str, History]:
+    """Machine → its history in logs of a monitor, or in the lines of one; a single one has no name.
+
+    Of measured records, unit and whether they have dates are handed to `accept` before the first is measured.
 
     Raises
     ------
     ConfigError, DataError
-        Something cannot be read, has no score, no date, or is not of one machine.
+        Something cannot be read, or has no score or no date.
     """
     several = data if isinstance(data, list | tuple) else [data]
     paths = [Path(each).expanduser() for each in several if isinstance(each, str | Path)]
     if paths and all(map(_is_log, paths)):
         name = ", ".join(map(str, paths))
-        found = _of_lines(((str(path), line) for path in paths for line in _lines(path)), name)
+        found = _of_lines((line for path in paths for line in _lines(path)), name)
     elif several and all(isinstance(each, Mapping) and "line" in each for each in several):
-        found = _of_lines((("the lines", each) for each in several), "the lines")
+        found = _of_lines(((f"line {n}", each) for n, each in enumerate(several, 1)), "the lines")
     else:
-        return _of_records(data, indicator, output, said)
+        return {"": _of_records(data, indicator, output, said, accept)}
     if indicator or output:
         raise ConfigError("indicator, output: are for records; a log has the score of its detector")
     return found
@@ -51,81 +64,121 @@ def _is_log(path: Path) -> bool:
     if not path.is_file():
         return False
     with open(path, "rb") as file:
-        return file.read(len(_LOG)) == _LOG
+        return any(line.startswith(_LINE) for line in file.read(_HEAD).split(b"\n"))
 
 
-def _lines(path: Path) -> Iterator[Mapping[str, Any]]:
-    """The lines of windows of a log; a last line that is being written is left out."""
-    with open(path, encoding="utf-8") as file:
+def _lines(path: Path) -> Iterator[tuple[str, Any]]:
+    """Place and content of each line; None if it is damaged. A last one that is being written is left out."""
+    with open(path, "rb") as file:
         for number, text in enumerate(file, 1):
-            if not text.endswith("\n"):
-                return
             try:
-                yield json.loads(text)
-            except ValueError:
-                raise DataError(f"{path}:{number}: is not a line of a monitor") from None
+                content = json.loads(text)
+            except (ValueError, RecursionError):
+                content = None
+            if text.endswith(b"\n"):
+                yield f"{path}:{number}", content
 
 
-def _of_lines(lines: Iterable[tuple[str, Mapping[str, Any]]], name: str) -> History:
+def _of_lines(lines: Iterable[tuple[str, Any]], name: str) -> dict[str, History]:
     """Windows that have a score, also those that are novel: a large leak may be."""
-    rows, unit, before = list[tuple[float, float, float]](), "", -math.inf
+    rows, damaged, units = dict[str, list[_Row]](), list[str](), dict[tuple[str, str], str]()
     for place, line in lines:
-        if line.get("line") != "window" or line.get("score") is None:
+        try:
+            if line["line"] != "window" or line["score"] is None:
+                continue
+            machine, digest = (str(line.get(key) or "") for key in ("machine", "digest"))
+            unit, warm = str(line["unit"]), line.get(TEMPERATURE)
+            scored = float(line["end"]), float(line["score"])
+            row = (*scored, math.nan if warm is None else float(warm), digest)
+        except (LookupError, TypeError, ValueError, AttributeError):
+            damaged.append(place)
             continue
-        if unit and line["unit"] != unit:
-            raise DataError(f"{place}: window {line['number']}: is in {line['unit']}, but others in {unit}")
-        unit, time, temperature = line["unit"], float(line["end"]), line.get(TEMPERATURE)
-        if time < before and time < FIRST_DATE:
+        if not all(map(math.isfinite, scored)):
+            damaged.append(place)
+            continue
+        if (other := units.setdefault((machine, digest), unit)) != unit:
+            raise DataError(f"{place}: window {line.get('number')}: is in {unit}, but others in {other}")
+        before = rows.setdefault(machine, [])
+        if before and row[0] < before[-1][0] and row[0] < FIRST_DATE:
             raise DataError(
-                f"{place}: window {line['number']}: the clock goes from {before:.10g} s to {time:.10g} s;"
-                " trends need samples with dates (docs/monitoring-sources.md), or one log for each start"
+                f"{place}: window {line.get('number')}: the clock goes from {before[-1][0]:.10g} s to"
+                f" {row[0]:.10g} s; trends need samples with dates (docs/monitoring-sources.md), or one log"
+                " for each start"
             )
-        before = time
-        rows.append((time, float(line["score"]), math.nan if temperature is None else float(temperature)))
+        before.append(row)
+    remarks = [f"left out: {counted(len(damaged), 'damaged line')}, such as {damaged[0]}"] if damaged else []
     if not rows:
-        raise DataError(f"{name}: no window has a score")
-    time, score, temperature = np.array(sorted(set(rows))).T
-    return History(name, "score", unit, time, score, temperature)
+        raise DataError("; ".join([f"{name}: no window has a score", *remarks]))
+    return {
+        machine: _since_its_detector(
+            f"{machine} of {name}" if machine else name, own, units, machine, remarks
+        )
+        for machine, own in rows.items()
+    }
 
 
-def _of_records(data: Any, indicator: str, output: str, said: Described) -> History:
+def _since_its_detector(
+    name: str, rows: list[_Row], units: Mapping[tuple[str, str], str], machine: str, remarks: Sequence[str]
+) -> History:
+    """The windows of the last detector: another one has other scores or limits."""
+    rows, first, digest = sorted({*rows}), 0, ""
+    for place, row in enumerate(rows):
+        first = place if digest and row[3] not in ("", digest) else first
+        digest = row[3] or digest
+    if first:
+        since = instant_text(rows[first][0])
+        left = f"left out: {counted(first, 'window')} of another detector; this one judges since {since}"
+        remarks = [*remarks, left]
+    time, score, temperature = np.array([row[:3] for row in rows[first:]]).T
+    return History(name, "score", units[machine, rows[-1][3]], time, score, temperature, tuple(remarks))
+
+
+def _of_records(
+    data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
+) -> History:
     sources = open_records(data, said=said)
     name = ", ".join(source.name for source in sources)
-    chosen = indicator or None
-    if chosen is None:
-        chosen, options = _balance_of(sources, name)
-    else:
-        options = {}
-    feature = feature_of(DetectorConfig(indicator=chosen, options=options, output=output))
-    label = feature.indicator.name
-    indicators = of_machine(make_indicators({label: options}), sources)
-    rows, unit, remarks = list[tuple[float, float, float]](), "", [*assumed_plants(indicators)]
-    n_record = 0
-    for batch in (batch for source in sources for batch in source.batches()):
-        n_record += batch.n_record
-        if not batch.n_record:
-            continue
-        scores = feature.values(measure(batch, indicators).values)[:, 0]
-        own = TEMPERATURE in batch.channels
-        warm = batch[TEMPERATURE].mean(axis=1) if own else np.full(batch.n_record, np.nan)
-        unit = unit or output_unit(feature.indicator, feature.described, batch)
-        for row in np.flatnonzero(np.isfinite(scores)).tolist():
-            if math.isnan(batch.dates[row]):
+    if all(isinstance(each, MeasuredSource) and each.files and not each.config.cycles for each in sources):
+        n_most = sum(len(each.files) for each in sources if isinstance(each, MeasuredSource))
+        if n_most < FEWEST:
+            raise DataError(f"{name}: has {counted(n_most, 'file')}; a trend needs {FEWEST} points or more")
+    chosen = indicators_of(indicator or _balance_of(sources, name))
+    if len(chosen) > 1:
+        raise ConfigError(f"indicator: a trend is of one; found {', '.join(chosen)}")
+    (own,) = chosen.values()
+    options = own.options.model_dump(exclude_unset=True)
+    feature = feature_of(DetectorConfig(indicator=own.name, options=options, output=output))
+    indicators = of_machine({own.name: own}, sources)
+    rows, remarks, unit = list[tuple[float, float, float]](), [*assumed_plants(indicators)], ""
+    n_record = n_undated = 0
+    for batch in (batch for source in sources for batch in source.batches() if batch.n_record):
+        if not unit:
+            if math.isnan(batch.dates[0]):
                 raise DataError(
-                    f"{batch.record_ids[row]}: has no date; take one from the path ('date:' of the"
-                    " description), or use a time column of dates (docs/measured.md)"
+                    f"{batch.record_ids[0]}: has no date; use a time column of dates, or take it from the"
+                    ' name of the file: path: "press {date}.csv", date: "{date}" (docs/measured.md)'
                 )
-            rows.append((batch.dates[row], float(scores[row]), float(warm[row])))
+            unit = output_unit(feature.indicator, feature.described, batch)
+            accept(unit, batch.dates[0] >= FIRST_DATE)
+        n_record += batch.n_record
+        n_undated += sum(map(math.isnan, batch.dates))
+        scores = feature.values(measure(batch, indicators).values)[:, 0]
+        own_warm = TEMPERATURE in batch.channels
+        warm = batch[TEMPERATURE].mean(axis=1) if own_warm else np.full(batch.n_record, np.nan)
+        whole = zip(batch.dates, scores.tolist(), warm.tolist(), strict=True)
+        rows += [row for row in whole if math.isfinite(row[0]) and math.isfinite(row[1])]
     if not rows:
-        raise DataError(f"{name}: {feature.label} measures none of {n_record} records")
-    if n_record > len(rows):
-        remarks.append(f"{feature.label} has no number in {n_record - len(rows):,} of {n_record:,} records")
+        raise DataError(f"{name}: {feature.label} measures none of {counted(n_record, 'record')}")
+    if n_undated:
+        remarks.append(f"left out: {n_undated:,} of {n_record:,} records without a date")
+    if (n_empty := n_record - n_undated - len(rows)) > 0:
+        remarks.append(f"{feature.label} has no number in {n_empty:,} of {n_record:,} records")
     time, score, temperature = np.array(sorted(rows)).T
     return History(name, feature.label, unit, time, score, temperature, tuple(remarks))
 
 
-def _balance_of(sources: Sequence[RecordSource], name: str) -> tuple[str, dict[str, Any]]:
-    """The balance that needs no more than the sensors of the first records, and its options."""
+def _balance_of(sources: Sequence[RecordSource], name: str) -> dict[str, Any]:
+    """The balance that needs no more than the sensors of the first records, with its options."""
     first = next((batch for source in sources for batch in source.batches() if batch.n_record), None)
     known = set() if first is None else first.channels.keys() - first.relative
     spool = "measured" if Channel.SPOOL_POSITION in known else "command"
@@ -134,4 +187,4 @@ def _balance_of(sources: Sequence[RecordSource], name: str) -> tuple[str, dict[s
             f"{name}: a balance needs P1, and u or xv, in SI; state what to measure with 'indicator'"
         )
     options = {"spool": spool} | ({} if _P2 in known else {"chambers": 1})
-    return ("flow_balance" if _X in known else "pressure_balance"), options
+    return {"flow_balance" if _X in known else "pressure_balance": options}

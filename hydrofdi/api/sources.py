@@ -177,6 +177,8 @@ def kind_of(path: Path) -> str:
         return _kind_of_folder(path)
     if not path.exists():
         raise DataError(f"{path}: no such file or folder{ready_hint(path)}")
+    if not path.is_file():  # opening a pipe without a writer would wait for ever
+        raise DataError(f"{path}: is not a regular file")
     head = _head(path)
     if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
         return "results"

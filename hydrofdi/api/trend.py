@@ -8,12 +8,14 @@ from numbers import Real
 from typing import Any
 
 from hydrofdi.api.arguments import positive_of, refusal
-from hydrofdi.api.histories import history_of
+from hydrofdi.api.histories import histories_of
+from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.sources import Described
-from hydrofdi.api.trend_answer import Trend
+from hydrofdi.api.trend_answer import Trend, Trends
 from hydrofdi.diagnosis.trends import FIRST_DATE, History, estimate
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.times import instant
+from hydrofdi.settings.messages import nearest
 from hydrofdi.units import parse_quantity, stated_unit
 
 _LEAST_RATE = 0.002
@@ -23,14 +25,15 @@ def trend(
     data: Any,
     *,
     limit: str | float | None = None,
-    indicator: str = "",
+    machine: str = "",
+    indicator: Indicators = "",
     output: str = "",
     every: str | float = "1 day",
     begin: str | None = None,
     false_alarm_rate: str | float = "1 %",
     confidence: float | str = 0.95,
     sampling_frequency: str | float | None = None,
-) -> Trend:
+) -> Trend | Trends:
     """State since when a score grows, how fast, and when it reaches a limit, as ``hydrofdi trend`` does.
 
     Parameters
@@ -39,8 +42,11 @@ def trend(
         Logs of a monitor (``hydrofdi monitor --log``) or its lines; or measured records with dates, in files.
     limit : str or float, optional
         Score whose date is wanted, such as ``0.5 L/min``.
-    indicator : str, optional
-        What is measured of records; by default the balance that their sensors allow.
+    machine : str, optional
+        Of the log of a fleet, the machine; by default each has an answer.
+    indicator : str, path or mapping, optional
+        What is measured of records: a name, or a YAML file with its options as for `measure`; by default the
+        balance that their sensors allow.
     output : str, optional
         Output of the indicator; by default its first score.
     every : str or float
@@ -58,7 +64,7 @@ def trend(
     -------
     Trend
         ``answer``, ``has_trend``, ``onset``, ``rate``, ``reached`` and more, with intervals; ``table``,
-        ``plot()``.
+        ``plot()``. Of several machines, `Trends`: machine → `Trend`.
 
     Raises
     ------
@@ -74,23 +80,47 @@ def trend(
         raise ConfigError(f"false_alarm_rate: must be from 0.2 % to below 100 %; found {false_alarm_rate!r}")
     if not 0.0 < level < 1.0:
         raise ConfigError(f"confidence: must be below 1; found {confidence!r}")
-    history = history_of(data, indicator, output, Described(sampling_frequency))
-    history = history if begin is None else _begun(history, begin)
-    wanted = None if limit is None else _limit_of(limit, history.unit)
-    return Trend(**vars(estimate(history, span, wanted, rate, level)))
+    zero = None if begin is None else _instant_of(begin)
+
+    def accept(unit: str, is_dated: bool) -> float | None:
+        if is_dated and zero is not None:
+            raise ConfigError("begin: the clock of the scores states dates already")
+        return None if limit is None else _limit_of(limit, unit)
+
+    def trend_of(history: History) -> Trend:
+        wanted = accept(history.unit, history.is_dated)
+        history = history if zero is None else replace(history, time=zero + history.time)
+        return Trend(**vars(estimate(history, span, wanted, rate, level)))
+
+    histories = histories_of(data, indicator, output, Described(sampling_frequency), accept)
+    if machine:
+        if machine not in histories:
+            raise ConfigError(
+                f"machine: there is no {machine!r}{nearest(machine, [*filter(None, histories)])}"
+            )
+        histories = {machine: histories[machine]}
+    if len(histories) == 1:
+        return trend_of(*histories.values())
+    trends, without = dict[str, Trend](), dict[str, DataError]()
+    for name, history in sorted(histories.items()):
+        try:
+            trends[name] = trend_of(history)
+        except DataError as error:
+            without[name] = error
+    if not trends:
+        raise next(iter(without.values()))
+    return Trends(trends, without)
 
 
-def _begun(history: History, begin: str) -> History:
-    """The history on a clock that counts from 1970."""
-    if history.is_dated:
-        raise ConfigError(f"begin: the clock of {history.name} states dates already")
+def _instant_of(begin: str) -> float:
+    """The instant at which a clock is zero [s since 1970]."""
     try:
         zero = instant(begin).nanoseconds / 1e9
     except (ValueError, AttributeError) as error:
         raise ConfigError(f"begin: {error}") from None
     if zero < FIRST_DATE:
         raise ConfigError(f"begin: must be after 2001-09-09; found {begin!r}")
-    return replace(history, time=zero + history.time)
+    return zero
 
 
 def _limit_of(limit: Any, unit: str) -> float:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrofdi.diagnosis.trends import DAY, TrendEstimates, time_or_days
+from hydrofdi.diagnosis.trends import DAY, TrendEstimates, instant_text, time_or_days
+from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import Estimate
 from hydrofdi.report.answer import Answer, Piece, Strong
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.report.table import plain as for_json
-from hydrofdi.settings.readable import number_text, percent, plain, readable_unit, time_text, typeset
+from hydrofdi.settings.readable import number_text, percent, plain, readable_unit, typeset
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -48,10 +49,9 @@ class Trend(Answer, TrendEstimates):
         """An instant for display."""
         if math.isinf(time):
             return "before the history" if time < 0 else f"not within {time_or_days(self.duration)}"
-        if not self.history.is_dated:
-            return f"day {plain(time / DAY, 4)}" if self.every >= DAY / 2 else time_text(time)
-        text = f"{datetime.fromtimestamp(time, UTC):%Y-%m-%d %H:%M}"
-        return text[:10] if self.every >= DAY / 2 else text
+        if self.every < DAY / 2:
+            return instant_text(time)
+        return instant_text(time)[:10] if self.history.is_dated else f"day {plain(time / DAY, 4)}"
 
     def _range(self, found: Estimate, text: Callable[[float], str]) -> str:
         """A value and its interval; a unit that all have stands once."""
@@ -216,3 +216,31 @@ class Trend(Answer, TrendEstimates):
             reached,
             time_unit=unit,
         )
+
+
+class Trends(Answer, dict[str, Trend]):
+    """Machine of a fleet → its trend; `without` has those that have none, with the reason."""
+
+    def __init__(self, trends: Mapping[str, Trend], without: Mapping[str, DataError]) -> None:
+        super().__init__(trends)
+        self.without = {machine: str(error) for machine, error in without.items()}
+
+    def parts(self) -> Iterator[Piece]:
+        """The answer of each machine."""
+        for machine, each in self.items():
+            yield (Strong if each.has_trend else str)(f"{machine}: {each.answer}")
+
+    def asides(self) -> Iterator[str]:
+        """False trends that are expected, remarks, and machines without a trend."""
+        n_false = len(self) * next(iter(self.values())).false_alarm_rate
+        yield f"note: of as many machines without a change, {n_false:.2g} would have a trend"
+        yield from dict.fromkeys(f"note: {text}" for each in self.values() for text in each.remarks)
+        yield from (f"note: {reason}" for reason in self.without.values())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as ``hydrofdi trend --json`` prints it."""
+        return {"machines": {name: each.to_dict() for name, each in self.items()}, "without": self.without}
+
+    def plot(self) -> Figure:
+        """A figure is of one machine."""
+        raise ConfigError(f"figure: is of one machine; choose it with 'machine': {', '.join(self)}")

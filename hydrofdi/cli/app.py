@@ -97,6 +97,7 @@ _KEYWORDS = {
     "train": ("healthy", "config", "sampling_frequency"),
     "trend": (
         "limit",
+        "machine",
         "indicator",
         "output",
         "every",

@@ -450,8 +450,10 @@ def correlated(
     from scipy.special import ndtr, ndtri
 
     axes = [list(names).index(name) for name in correlation.parameters]
+    # Gaussian copula; 0 and 1 would become infinite.
     normal = ndtri(np.clip(unit[:, axes], 2.0**-53, 1.0 - 2.0**-53))
     depending = unit.copy()
+    # L Lᵀ = R: independent normal rows times Lᵀ have the correlations R.
     depending[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(correlation.matrix)).T)
     return depending
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from functools import cached_property
 from itertools import pairwise
 
@@ -107,6 +108,12 @@ def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
         np.ones(len(parts), dtype=bool),
     )
     return points, span, remarks
+
+
+def instant_text(time: float) -> str:
+    """An instant for display, a date if it counts from 1970."""
+    is_dated = time >= FIRST_DATE
+    return f"{datetime.fromtimestamp(time, UTC):%Y-%m-%d %H:%M}" if is_dated else time_text(time)
 
 
 def time_or_days(seconds: float) -> str:
@@ -234,10 +241,11 @@ def estimate(
     )
     used = known if is_compensated else np.ones(known.size, dtype=bool)
     if used.sum() < FEWEST:
-        raise DataError(
+        few = (
             f"{history.name}: has {counted(int(used.sum()), 'point')} of {time_or_days(span)}; a trend needs"
             f" {FEWEST} or more: state a shorter span with 'every', or wait"
         )
+        raise DataError("; ".join([few, *history.remarks]))
     is_used = used.copy()
     is_used[used] = inliers(points.score[used])
     points, used = replace(points, is_used=is_used), is_used

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.scores import Array, comparable
 
 FEWEST = 12
 """Fewest points of a series."""
@@ -87,6 +87,8 @@ class Draws:
         Change of the level with a covariate.
     deviation : ndarray
         Standard deviation of single points.
+    spacing : float
+        Half the step from an onset to the next: an instant within the series is known no better.
     """
 
     time: Array
@@ -96,11 +98,7 @@ class Draws:
     law: NDArray[np.int64]
     slopes: Array
     deviation: Array
-
-    @property
-    def spacing(self) -> float:
-        """Half the median distance of points: an instant within the series is known no better."""
-        return float(np.median(np.diff(self.time))) / 2.0
+    spacing: float
 
     def levels(self, time: ArrayLike) -> Array:
         """The level at instants, shape (n_time, n_draw)."""
@@ -217,15 +215,13 @@ class ChangePointModel:
         self._steps = np.abs(self.time[:, None] - self.time[None]) / np.median(np.diff(self.time))
 
     def _changes(self) -> tuple[Array, NDArray[np.int64], Array]:
-        """Onset, place in `LAWS` and prior of each change; an onset is between two points, or before all."""
+        """Onset, place in `LAWS` and prior of each change; onsets are evenly spread, also over a gap."""
         time, last = self.time, self.n_point - AFTER
-        stops = np.unique(np.linspace(1, last, min(_MOST_ONSETS, last)).round().astype(int))
         onsets, laws = [], []
         for index, law in enumerate(LAWS):
             # A step needs as many points before it as after it; a growth may begin with the series.
-            own = stops[stops >= AFTER] if law.name == "sudden" else stops
-            middle = (time[own - 1] + time[own]) / 2.0
-            onsets.append(middle if law.name == "sudden" else np.concatenate([time[:1], middle]))
+            own = _between(time[AFTER - 1 if law.name == "sudden" else 0 : last + 1])
+            onsets.append(own if law.name == "sudden" else np.concatenate([time[:1], own]))
             laws.append(np.full(onsets[-1].size, index))
         priors = [np.full(own.size, law.prior / own.size) for own, law in zip(onsets, LAWS, strict=True)]
         return np.concatenate(onsets), np.concatenate(laws), np.concatenate(priors)
@@ -326,9 +322,19 @@ class ChangePointModel:
             errors = sigma * random.standard_normal((self.base.shape[1], rows.size))
             base[rows] = np.linalg.solve(noise.triangle, along[:, None] - taken + errors).T
             deviation[rows] = sigma
-        return Draws(
-            self.time, base[:, 0], growth, self.onset[change], self.law[change], base[:, 1:], deviation
-        )
+        spacing = float(np.median(np.diff(self.onset[self.law == 0]))) / 2.0
+        onset, law = self.onset[change], self.law[change]
+        return Draws(self.time, base[:, 0], growth, onset, law, base[:, 1:], deviation, spacing)
+
+
+def _between(time: Array) -> Array:
+    """Instants between those of points, as far from each other as most points are, shape (n,)."""
+    steps = np.diff(time)
+    counts = np.maximum(np.round(comparable(steps / np.median(steps))), 1.0).astype(int)
+    places = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    found = np.repeat(time[:-1], counts) + (places + 0.5) * np.repeat(steps / counts, counts)
+    n_found = min(_MOST_ONSETS, found.size)
+    return np.asarray(found[np.linspace(0, found.size - 1, n_found).round().astype(int)])
 
 
 def inliers(values: ArrayLike) -> NDArray[np.bool_]:

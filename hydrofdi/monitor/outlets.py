@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, runtime_checkable
 
-from hydrofdi.detectors.trained.lines import Line, is_said, line_record
+from hydrofdi.detectors.trained.lines import Line, WindowLine, is_said, line_record
 from hydrofdi.monitor.configuration import topic_address
 from hydrofdi.monitor.connections import needing_extra
 from hydrofdi.monitor.fleet_configuration import FleetConfig
@@ -71,7 +71,11 @@ class Outlets:
             return ""
         unit, name = ("1", None) if machine is None else (machine.kind.file.unit, machine.name)
         named = {} if name == "" else {"line": "", "machine": name}
-        records = [{**named, **line_record(line, unit)} for line in said]
+        judge = {} if machine is None else {"digest": machine.kind.digest[:12]}
+        records = [
+            {**named, **line_record(line, unit), **(judge if isinstance(line, WindowLine) else {})}
+            for line in said
+        ]
         texts = [json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n" for record in records]
         for sink in self._sinks:
             wanted = [text for line, text in zip(said, texts, strict=True) if sink.wants(line)]
@@ -96,6 +100,11 @@ class Outlets:
 
             self._counted[name] = MetricsSink(server, name, machine.kind.file)
         self._counted[name].put(chunk, lines)
+
+    def show_age(self, machine: Machine | None, age: float) -> None:
+        """Show in the metrics how old the newest samples were [s]."""
+        if self._metrics is not None:
+            self._metrics.show_age("" if machine is None else machine.source.name, age)
 
     def happened(self) -> list[Event]:
         """Events of the outlets themselves."""

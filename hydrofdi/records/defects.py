@@ -50,6 +50,7 @@ def hum_share(samples: Array, sampling_frequency: float, mains: float) -> float:
     power = _spectrum(samples - samples.mean()) ** 2
     step = sampling_frequency / samples.size
     frequency = np.arange(power.size) * step
+    # A Hann window spreads a line over two bins to each side; the excess keeps the bin at the edge.
     width = 2.000001 * step
     at_line = np.zeros(power.size, dtype=bool)
     for harmonic in steady.tolist():
@@ -69,6 +70,7 @@ def _are_steady(
     # some parts at a time, because together they take many times the memory of the samples
     some = np.array_split(parts, max(1, len(parts) // _PARTS_AT_ONCE))
     spectra = (_spectrum(each - each.mean(axis=1, keepdims=True))[:, places] for each in some)
+    # The first quartile, not the minimum: clipping may hide the line in some parts.
     low, median = np.quantile(np.concatenate([*spectra]), [0.25, 0.5], axis=0)
     steady: NDArray[np.bool_] = low > _STEADY * median
     return steady
@@ -315,6 +317,7 @@ def _distances(values: Array) -> Array:
     if finite.size < _FEWEST:
         return np.zeros(values.size)
     middle = np.median(finite)
+    # Median absolute deviation: the outliers that are looked for do not widen it.
     spread = _TO_DEVIATION * float(np.median(np.abs(finite - middle)))
     away, least = np.nan_to_num(np.abs(values - middle)), 1e-9 * np.abs(finite).max()
     return np.asarray(np.divide(away, spread, out=np.zeros(values.size), where=spread > least))

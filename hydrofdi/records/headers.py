@@ -18,7 +18,7 @@ from hydrofdi.records.columns import (
     shortened,
     split_title,
 )
-from hydrofdi.records.data_sheet import data_sheet_lines
+from hydrofdi.records.data_sheet import usual_sheet_lines
 from hydrofdi.records.description import (
     ChannelConfig,
     MeasuredConfig,
@@ -109,4 +109,4 @@ def _advised(file: Path, what: str) -> DataError:
 
 def suggested_description(file: Path, pattern: str, sampling_frequency: float | None) -> str:
     """YAML of a description of files with what the headers of one state, and a data sheet as comments."""
-    return "\n".join([proposed_description(file, pattern, sampling_frequency), *data_sheet_lines()]) + "\n"
+    return "\n".join([proposed_description(file, pattern, sampling_frequency), *usual_sheet_lines()]) + "\n"

@@ -141,6 +141,7 @@ def drive_edges(
     decided = np.flatnonzero(sides)
     if not decided.size:
         return decided, side
+    # Samples inside the band are skipped, so noise at the middle makes no edge.
     changes = decided[1:][np.diff(sides[decided]) != 0]
     return changes[np.isin(sides[changes], _WANTED[direction])] - 1, int(sides[decided[-1]])
 
@@ -157,5 +158,6 @@ def found_period(batch: RecordBatch, row: int = 0) -> float | None:
     if steps.size < _LEAST_STEPS or np.ptp(steps) > max(2.0, _UNEVEN * steps.mean()):
         return None
     lag = round(float(steps.mean()))
+    # Even edges alone could be chance; the whole signal must repeat.
     is_repeated = np.corrcoef(samples[:-lag], samples[lag:])[0, 1] > _ALIKE
     return round(2.0 * float(steps.mean())) / (2.0 * batch.sampling_frequency) if is_repeated else None

@@ -406,7 +406,7 @@ _STREAM = 1
 
 
 def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Force against positive motion, held over the given steps.
+    """Force against positive motion at the given steps.
 
     Parameters
     ----------
@@ -422,7 +422,12 @@ def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64])
     """
     if not load.random_force:
         return np.full(steps.shape, load.constant_force)
-    levels = random_levels((load.seed, _STREAM), load.random_period, record, steps)
+    seed, period = (load.seed, _STREAM), load.random_period
+    levels = random_levels(seed, period, record, steps)
+    if load.random_change:
+        hold = round(period / record.step)
+        before = random_levels(seed, period, record, np.maximum(steps - hold, 0))
+        levels = before + np.minimum(steps % hold * record.step / load.random_change, 1.0) * (levels - before)
     return load.constant_force + load.random_force * levels
 
 

@@ -102,6 +102,54 @@ def test_a_day_with_an_error_is_left_out():
     assert np.flatnonzero(~found.points.is_used).tolist() == [20]
 
 
+def test_each_machine_of_a_fleet_has_its_own_answer(tmp_path):
+    """Also if it judges too few days; one is chosen by its name."""
+    machines = {"m0": lines(growing()), "m1": lines(growing(rate=0.0), seed=5), "new": lines(growing()[:3])}
+    mixed = [{**line, "machine": name} for name, own in machines.items() for line in own]
+    log = tmp_path / "fleet.jsonl"
+    log.write_text("".join(json.dumps({"line": each["line"], **each}) + "\n" for each in mixed))
+    found = hydrofdi.trend(log, limit="0.4 L/min")
+    assert {name: each.has_trend for name, each in found.items()} == {"m0": True, "m1": False}
+    assert "3 points" in found.without["new"]
+    assert found["m0"].onset == hydrofdi.trend(machines["m0"]).onset
+    told = run_json("trend", log, "--machine", "m1", "--json")
+    assert told == found.to_dict()["machines"]["m1"] | {"limit": None}
+    shown = run("trend", log, check=0).stdout.splitlines()
+    assert [line.partition(": ")[0] for line in shown] == ["m0", "m1"]
+    for arguments in (["--machine", "m2"], ["--figure", tmp_path / "trend.png"]):
+        run("trend", log, *arguments, check=2)
+
+
+def test_another_detector_is_a_new_beginning():
+    """Whichever order the logs are given in; lines of earlier versions do not say which detector it was."""
+    before, own = lines(growing() + 3.0, first=FIRST - 70 * DAY), lines(growing())
+    for line in own:
+        line["digest"] = "b"
+    known = [{**line, "digest": "a"} for line in before]
+    expected = hydrofdi.trend(own).onset
+    for history in ([*known, *own], [*own, *known]):
+        found = hydrofdi.trend(history)
+        assert found.onset == expected
+        assert "360 windows of another detector" in found.remarks[0]
+    assert hydrofdi.trend([*before, *own]).points.n_score.sum() == 720
+
+
+@pytest.mark.parametrize("damage", [
+    b'{"line": "window", "number": 3, "sta\n', b"\xff\x00\xfe\n", b'["line"]\n', b"[" * 100_000 + b"\n",
+    b"\n",
+    b'{"line": "window", "end": NaN, "score": 1.0, "unit": "m^3/s"}\n',
+    b'{"line": "window", "end": "soon", "score": 1.0, "unit": "m^3/s"}\n', b'{"line": "window"}\n',
+])  # fmt: skip
+def test_damaged_lines_are_left_out_and_counted(log, tmp_path, damage):
+    path = tmp_path / "damaged.jsonl"
+    text = log.read_bytes().splitlines(keepends=True)
+    path.write_bytes(damage + b"".join(text[:100]) + damage + b"".join(text[100:]))
+    found = hydrofdi.trend(path)
+    assert found.onset == hydrofdi.trend(log).onset
+    assert "2 damaged lines" in found.remarks[0]
+    assert f"{path}:1" in found.remarks[0]
+
+
 def test_the_clock_of_a_stream_gets_a_date(log):
     undated = lines(growing(), first=0.0)
     assert hydrofdi.trend(undated).to_dict()["onset"]["value"]["date"] is None
@@ -182,7 +230,7 @@ def test_a_monitor_writes_all_that_a_trend_needs(worn, tmp_path):
     assert details["recommendation"] in raised["text"]
 
 
-def test_records_with_dates_in_their_names_have_a_trend(worn, tmp_path):
+def test_records_with_dates_in_their_names_have_a_trend(worn, tmp_path, monkeypatch):
     header, *rows = worn.read_text().splitlines(keepends=True)
     n_each = len(rows) // 30
     for record in range(30):
@@ -191,10 +239,44 @@ def test_records_with_dates_in_their_names_have_a_trend(worn, tmp_path):
         (tmp_path / f"press {date:%Y-%m-%d}.csv").write_text(header + "".join(part))
     description = tmp_path / "press.yaml"
     description.write_text('files: "press *.csv"\npath: "press {date}.csv"\n')
+    monkeypatch.setattr("hydrofdi.api.histories.measure", None)  # before anything is measured
     with pytest.raises(DataError, match="has no date"):
         hydrofdi.trend(description)
     description.write_text(description.read_text() + 'date: "{date}"\n')
+    for key, value in {"limit": "3 bar", "begin": "2026-01-31T12:00Z"}.items():
+        with pytest.raises(ConfigError, match=key):
+            hydrofdi.trend(description, **{key: value})
+    monkeypatch.undo()
     found = hydrofdi.trend(description)
     assert found.history.meaning == "flow_balance.leakage"
     assert found.onset.low < FIRST + 15 * DAY < found.onset.high + DAY
     assert found.level_now.low > found.level_before.high
+    options = tmp_path / "own.yaml"
+    options.write_text("indicators: {own: {kind: flow_balance, spool: command, reference_pressure: 2 MPa}}\n")
+    scaled = hydrofdi.trend(description, indicator=options)
+    # A leak as that of K_i at a quarter of the pressure.
+    assert scaled.level_now.value == pytest.approx(found.level_now.value / 2.0, rel=0.05)
+    with pytest.raises(ConfigError, match="indicator"):
+        hydrofdi.trend(description, indicator="dwt,vtnsi")
+
+
+@pytest.mark.parametrize("form", ["%Y-%m-%dT%H:%M:%S.%fZ", "%d.%m.%Y %H:%M:%S,%f"])
+def test_records_with_a_time_column_of_dates_have_a_trend(tmp_path, form):
+    random = np.random.default_rng(6)
+    for day in range(14):
+        first = datetime.fromtimestamp(FIRST, UTC) + timedelta(days=day)
+        stamps = [f"{first + timedelta(milliseconds=n):{form}}" for n in range(500)]
+        level = 60.0 + random.standard_normal(500) * (1.0 + day)
+        rows = (f"{at};{bar:.3f}" for at, bar in zip(stamps, level, strict=True))
+        (tmp_path / f"q{day}.csv").write_text("Zeit;P1 [bar]\n" + "\n".join(rows) + "\n")
+    found = hydrofdi.trend(tmp_path, indicator="dwt", output="d2")
+    assert found.points.time == pytest.approx(FIRST + DAY * np.arange(14.0))
+
+
+def test_too_few_files_are_refused_before_they_are_measured(tmp_path, monkeypatch):
+    monkeypatch.setattr("hydrofdi.api.histories.measure", None)
+    for day in range(1, 4):
+        rows = "".join(f"2026-01-0{day}T06:00:00.{n:03}Z,{n % 7}\n" for n in range(500))
+        (tmp_path / f"q{day}.csv").write_text("time,P1 [bar]\n" + rows)
+    with pytest.raises(DataError, match="12"):
+        hydrofdi.trend(tmp_path, indicator="dwt", output="d2")

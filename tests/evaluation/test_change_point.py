@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, Estimate, grown, inliers
+from hydrofdi.evaluation.change_point import (
+    AFTER,
+    FEWEST,
+    LAWS,
+    ChangePointModel,
+    Draws,
+    Estimate,
+    grown,
+    inliers,
+)
 from tests.evaluation import wear
 from tests.evaluation.repeats import holds_at_least, holds_in
 
@@ -45,6 +54,40 @@ def test_onset_and_limit_lie_in_their_intervals(model, law):
     assert holds_at_least(n_limit, n_repeat, 0.9)
 
 
+def test_a_jump_in_a_gap_may_be_anywhere_between_the_points_around_it():
+    """Sixty days without a tenth of the days and a week about the jump, and with an outlier."""
+    n_repeat, n_day, n_onset, n_found, widths = 40, 60, 0, 0, []
+    for seed in range(n_repeat):
+        random, truth = np.random.default_rng([seed, 1]), wear.worn(seed, n_day, "sudden", "independent")
+        days, first = np.arange(n_day), int(truth.onset) - random.integers(0, 7)
+        kept = ((days < first) | (days >= first + 7)) & (random.random(n_day) > 0.1)
+        scores = truth.scores.copy()
+        scores[random.choice(np.flatnonzero(kept))] += 40.0
+        kept[kept] = inliers(scores[kept])
+        model = ChangePointModel(days[kept].astype(float))
+        if model.p_value(scores[kept], 199) > 0.01:
+            continue
+        draws = model.draws(scores[kept], 1000)
+        onset = Estimate.of(draws.onset, 0.95, draws.spacing)
+        n_found += 1
+        n_onset += onset.low <= truth.onset <= onset.high
+        widths.append(onset.high - onset.low)
+    assert n_found > 0.9 * n_repeat
+    assert holds_at_least(n_onset, n_found, 0.95)
+    assert np.median(widths) <= 9.0, "no wider than the gap, and days that are missing beside it"
+
+
+def test_onsets_are_evenly_spread_also_over_gaps():
+    gap = np.concatenate([np.arange(10.0), np.arange(17.0, 30.0)])
+    model = ChangePointModel(gap)
+    sudden = model.onset[model.law == 0]
+    np.testing.assert_allclose(np.diff(sudden), 1.0)
+    assert sudden[0] == AFTER - 0.5
+    assert sudden[-1] == 29.0 - AFTER + 0.5
+    whole = ChangePointModel(np.arange(400.0)).onset
+    assert whole.size < 1000, "not one for each of many points"
+
+
 def test_intervals_are_no_wider_than_they_need_to_be(model):
     covered = []
     for seed in range(100):
@@ -73,7 +116,7 @@ def test_statements_do_not_depend_on_the_unit_or_the_zero_of_the_score(model):
 def test_the_level_reaches_the_limit_when_it_is_said_to_and_at_the_stated_rate():
     n_law, last = len(LAWS), 39.0
     ones = np.ones(n_law)
-    draws = Draws(DAYS, ones, 3.0 * ones, 20.0 * ones, np.arange(n_law), np.empty((n_law, 0)), ones)
+    draws = Draws(DAYS, ones, 3.0 * ones, 20.0 * ones, np.arange(n_law), np.empty((n_law, 0)), ones, 0.5)
     at = draws.reached(4.5)
     assert at[0] == np.inf
     for law in range(1, n_law):

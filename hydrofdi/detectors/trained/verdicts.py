@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile, Scale
-from hydrofdi.detectors.trained.measuring import TEMPERATURE, Measured, of_row
+from hydrofdi.detectors.trained.measuring import TEMPERATURE, Leak, Measured, of_row
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.scores import Direction, comparable
+from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import ZEROS
@@ -169,6 +170,9 @@ def _shown(name: str, value: float) -> str:
 _FAR = 10.0
 """Healthy spreads in the distance from which a score on the side without an alarm is novel."""
 
+_MOST_WIDENED = 10.0
+"""How much less certain than in healthy windows a score may be beyond their oil temperature; a choice."""
+
 _QUANTITIES = {
     "low": "1 % quantile",
     "high": "99 % quantile",
@@ -194,6 +198,10 @@ class Verdict:
         Why the verdict is doubtful, which it remains all the same; empty if it is not.
     temperature : float or None
         Mean oil temperature [K]; None if it is not measured.
+    leak : Leak or None
+        Size of a leak, whatever is judged; None if the indicator does not state it.
+    cause : str
+        Of several numbers with limits of their own, the one that alarms, and what looks like it.
     """
 
     score: float | None = None
@@ -202,6 +210,8 @@ class Verdict:
     fault: Issue | None = None
     doubt: str = ""
     temperature: float | None = None
+    leak: Leak | None = None
+    cause: str = ""
 
     @property
     def is_beyond(self) -> bool | None:
@@ -233,7 +243,8 @@ def verdict_of(
     known = {**measured.conditions, **conditions}
     other, temperature = outside(file.conditions, file.basis.n_window, known), known.get(TEMPERATURE)
     if other is not None and other.where == TEMPERATURE:
-        fault = fault or other
+        is_compensated = 1.0 < file.widening(measured.numbers) <= _MOST_WIDENED
+        fault, other = (fault, None) if is_compensated else (fault or other, other)
     if math.isnan(score) and (fault is None or fault.kind == "novel"):
         fault = fault or measured.fault or Issue("the indicator has no value", kind="no_number")
     if fault is not None and (fault.kind != "novel" or math.isnan(score)):
@@ -249,15 +260,16 @@ def verdict_of(
     fault = fault or next((Issue(each.message, kind="novel") for each in reasons), None)
     if distance >= 0.0:
         fault = fault or other or _wrong_side(file, score)
-    elif other is not None:
-        doubts = (*doubts, other)
+    else:
+        doubts = (*(each for each in doubts if each.kind not in OF_LEAKS), *filter(None, [other]))
     if fault is None:
         more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
+        cause = file.cause(measured.numbers) if distance < 0.0 else ""
         doubt = "".join(each.message for each in doubts[:1]) + more
-        return Verdict(score, distance < 0.0, margin, None, doubt, temperature)
+        return Verdict(score, distance < 0.0, margin, None, doubt, temperature, measured.leak, cause)
     if distance < 0.0:
         fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
-    return Verdict(score, None, margin, fault, temperature=temperature)
+    return Verdict(score, None, margin, fault, temperature=temperature, leak=measured.leak)
 
 
 def _wrong_side(file: DetectorFile, score: float) -> Issue | None:

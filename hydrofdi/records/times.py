@@ -241,7 +241,7 @@ def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tup
 def _rounded(times: Array) -> tuple[float, float] | None:
     """Rate of an even clock [Hz] whose stamps were rounded, to decimals or to single precision, and to what
     [s]; None if rounding does not explain the instants."""
-    some = np.concatenate([times[:1000], times[-1000:]])
+    some = np.concatenate([times[:1000], times[1000:][-1000:]])
     size = float(np.max(np.abs(some)))
     grids = [10.0**-n for n in range(10) if np.all(np.abs(some * 10.0**n - np.rint(some * 10.0**n)) < 0.01)]
     for unit in (1.0, 1e-3, 1e-6):

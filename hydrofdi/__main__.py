@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 from types import FrameType
+from typing import Any
 
 _INTERRUPTED = 130
 _OBJECTS_BETWEEN_COLLECTIONS = 200_000
@@ -13,6 +14,10 @@ _OBJECTS_BETWEEN_COLLECTIONS = 200_000
 
 def main() -> None:
     """Load the command line, run it and exit."""
+    _make_streams_sound()
+    if sys.flags.optimize > 1:
+        print("hydrofdi: options are described by docstrings, so no -OO or PYTHONOPTIMIZE=2", file=sys.stderr)
+        sys.exit(2)
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     # pydantic would search all installed packages for plugins
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")
@@ -21,6 +26,16 @@ def main() -> None:
     from hydrofdi.cli.app import main as run
 
     run()
+
+
+def _make_streams_sound() -> None:
+    """A closed standard stream leads nowhere; what the encoding of an open one lacks is written escaped."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        stream: Any = getattr(sys, name)
+        if stream is None:  # opened in this order, so that no other file gets its number
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115
+        elif mode == "w":
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _end_quietly_while_loading() -> None:

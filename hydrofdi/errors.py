@@ -23,12 +23,16 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any
 
-_CREDENTIALS = re.compile(r"(?P<begin>://?).*@|(?P<slashes>//)\S*@|[^\s/:'\"]+:\S*@")
+_CREDENTIALS = re.compile(r"(?P<begin>://?).*@|(?P<slashes>//)\S*@|(?<![^\s/:'\"])[^\s/:'\"]+:\S*@")
+_QUERY = re.compile(r"(://[^\s?]*\?)[^\s'\"]+")
 
 
 def without_credentials(text: str) -> str:
-    """What somebody typed, with an ellipsis for what stands before ``@``, behind ``//`` or a colon."""
-    return _CREDENTIALS.sub(lambda found: f"{found['begin'] or found['slashes'] or ''}…@", text)
+    """What somebody typed, with an ellipsis for what stands before ``@``, behind ``//`` or a colon, and for
+    the query of a URL, where tokens stand.
+    """
+    shown = _CREDENTIALS.sub(lambda found: f"{found['begin'] or found['slashes'] or ''}…@", text)
+    return _QUERY.sub(r"\1…", shown)
 
 
 class HydrofdiError(Exception):

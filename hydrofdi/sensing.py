@@ -76,8 +76,8 @@ class LagLanes:
         n_lag, n_lane = max(map(len, lags_of_lane), default=0), len(lags_of_lane)
         self._lags = np.zeros((n_lag, len(Lag._fields), n_lane))
         for lane, lags in enumerate(lags_of_lane):
-            for place, lag in enumerate(lags):
-                self._lags[place, :, lane] = lag
+            for index, lag in enumerate(lags):
+                self._lags[index, :, lane] = lag
         self._states: NDArray[np.float64] | None = None
 
     def advance(self, signals: NDArray[np.float64]) -> None:

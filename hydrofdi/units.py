@@ -64,6 +64,8 @@ SYMBOLS = {
     "h": _unit("3600", s=1),
     "day": _unit("86400", s=1),
     "days": _unit("86400", s=1),
+    "exceldays": _unit("86400", s=1),
+    "FILETIME": _unit("1/10000000", s=1),
     "Hz": _unit("1", s=-1),
     "rad": _unit("1", rad=1),
     "deg": _DEGREE,
@@ -92,8 +94,27 @@ SYMBOLS = {
 }
 """Symbol → unit."""
 
-ZEROS = {"°C": 273.15, "degC": 273.15}
-"""Unit with another zero than SI → its zero, which columns and single quantities have, not differences."""
+ZEROS = {"°C": 273.15, "degC": 273.15, "FILETIME": -11_644_473_600.0, "exceldays": -2_209_161_600.0}
+"""Unit with another zero than SI → its zero, which columns and single quantities have, not differences. Times
+count from 1970 inside, those of Windows from 1601 [100 ns], those of Excel from 1899-12-30 [days]."""
+_ATMOSPHERE = 101_325.0
+_REFERENCE = re.compile(
+    r"(\w*(?:bar|psi))(?:(a)|g)|(\w*(?:bar|psi|Pa)) ?(?:\((?:(abs|a)|rel|g)\)| (?:(abs|a)|rel|g))"
+)
+"""Absolute and gauge pressure, as in bara, bar(a), psig, kPa abs."""
+
+
+def zero_of(unit: str) -> float:
+    """Zero of a unit in SI: of absolute pressure it is 1.01325 bar below that of the gauge inside."""
+    named = _REFERENCE.fullmatch(unit.strip())
+    return -_ATMOSPHERE if named and (named[2] or named[4] or named[5]) else ZEROS.get(unit.strip(), 0.0)
+
+
+def gauge_unit(unit: str) -> str:
+    """A unit of pressure without ``a`` or ``g``; any other as it is."""
+    named = _REFERENCE.fullmatch(unit.strip())
+    return named[1] or named[3] if named else unit
+
 
 PREFIXABLE = {"g", "m", "s", "Hz", "N", "Pa", "L", "l", "A", "V", "J", "W", "psi", "bar", "St"}
 PREFIXES = {"G": 9, "M": 6, "k": 3, "d": -1, "c": -2, "m": -3, "µ": -6, "μ": -6, "u": -6, "n": -9}
@@ -116,7 +137,7 @@ def parse_unit(text: str) -> Unit:
     if len(text) > MOST_CHARACTERS:
         raise ValueError(f"a unit has at most {MOST_CHARACTERS} characters; found {len(text)}")
     result, power_sign, open_signs, pending = SYMBOLS["1"], 1, [1], None
-    for symbol, operator, power in _tokens(_ROOT.sub(r"\1\2^0.5", text)):
+    for symbol, operator, power in _tokens(_ROOT.sub(r"\1\2^0.5", gauge_unit(text))):
         if symbol:
             result = result if pending is None else result * pending
             pending = _symbol(symbol, text) ** Fraction(power_sign * open_signs[-1])
@@ -180,7 +201,7 @@ SPELLINGS = {
     "in": "inch inches", "ft": "foot feet", "µm": "micron microns", "mm²": "sqmm", "cm³": "cc ccm",
     "L": "liter liters litre litres ltr", "L/min": "lpm", "mL/min": "mlpm", "galUS": "gal gallon gallons",
     "galUS/min": "gpm usgpm", "galUK/min": "gpm", "kgf": "kp", "lb": "lbs", "N·m": "nm",
-    "bar": "bars barg bara", "psi": "psig psia", "kpsi": "ksi", "V": "volt volts", "A": "amp amps",
+    "bar": "bars", "kpsi": "ksi", "V": "volt volts", "A": "amp amps",
     "m/s": "mps", "%": "percent pct", "deg": "degree degrees",
 }  # fmt: skip
 """Symbol or expression → other spellings, in small letters."""
@@ -251,7 +272,7 @@ def parse_quantity(text: str, unit: str) -> float:
     if found.exponents != wanted.exponents:
         needed = "be a number or a percentage" if unit == "1" else f"be convertible to {unit}"
         raise ValueError(f"{text!r} has the wrong unit; it must {needed}")
-    return _scaled(match[1], found.factor / wanted.factor) + ZEROS.get(match[2].strip(), 0.0)
+    return _scaled(match[1], found.factor / wanted.factor) + zero_of(match[2])
 
 
 def parse_si(text: str) -> float:
@@ -267,7 +288,7 @@ def stated_unit(text: str, unit: str) -> str | None:
     if match is None or not (given := match[2].strip()):
         return None
     try:
-        return given if parse_unit(given).exponents == parse_unit(unit).exponents else None
+        return gauge_unit(given) if parse_unit(given).exponents == parse_unit(unit).exponents else None
     except ValueError:
         return None
 
@@ -284,7 +305,7 @@ def _given_unit(text: str, wanted: str) -> Unit:
     try:
         return parse_unit(text)
     except ValueError as error:
-        similar = similar_units(text, wanted)
+        similar = similar_units(text[:MOST_CHARACTERS], wanted)
         hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
         raise ValueError(f"{error}{hint}") from None
 

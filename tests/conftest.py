@@ -28,6 +28,9 @@ needs_vtnsi = pytest.mark.skipif(
     reason="70 records chosen from github.com/vtnsi/actuator_dataset are not here, and are not distributed",
 )
 
+FOREIGN = REPOSITORY.parent / "shared" / "data" / "foreign"
+needs_foreign = pytest.mark.skipif(not FOREIGN.is_dir(), reason="records of another simulator are not here")
+
 settings.register_profile("hydrofdi", deadline=None)
 settings.load_profile("hydrofdi")
 

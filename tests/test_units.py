@@ -43,6 +43,12 @@ from tests.conftest import sweep_in
         ("1 galUS/min", "L/min", 3.785411784),
         ("32 cSt", "mm^2/s", 32.0),
         ("1 atm", "hPa", 1013.25),
+        ("160 barg", "Pa", 16e6),
+        ("160 bara", "Pa", 16e6 - 101_325.0),
+        ("1013.25 mbar(a)", "Pa", 0.0),
+        ("500 kPa (abs)", "Pa", 398_675.0),
+        ("500 kPa(g)", "Pa", 5e5),
+        ("1 psig", "Pa", 6894.757293168361336),
     ],
 )
 def test_a_quantity_is_read_in_si(text, unit, expected):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
 from hydrofdi.api.measuring import Counted, Indicators, indicators_of, with_options
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
@@ -255,7 +255,7 @@ def evaluate(
     rules = validated(Rules, Source({"false_alarm_rate": false_alarm_rate, "confidence": confidence}))
     chosen = indicators_of(with_options(indicators, options))
     scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
-    said = Said(sampling_frequency, channel, unit, label, group)
+    said = Described(sampling_frequency, channel, unit, label, group)
     sources = open_records(data, used_channels(chosen), said)
     is_held = any(isinstance(source, HeldSource) for source in sources)
     if is_held and not any(getattr(source, "is_labelled", True) for source in sources):

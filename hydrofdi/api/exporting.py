@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.api.stored import rows_named
 from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, DataError
@@ -118,7 +118,7 @@ def export(
     chosen = selection(_texts("channels", channels), _texts("unit", unit))
     wanted = _texts("runs", runs)
     target, form, is_file = _target(path_of(path), format)
-    sources = open_records(source, chosen.channels or tuple(Channel), Said(sampling_frequency))
+    sources = open_records(source, chosen.channels or tuple(Channel), Described(sampling_frequency))
     inputs = {each.resolve() for own in sources for each in getattr(own, "files", ())}
     earlier = () if is_file else _earlier_exports(target)
     if not overwrite:

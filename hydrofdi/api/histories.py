@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.measuring import Indicators, indicators_of
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.diagnosis.trends import FIRST_DATE, History, instant_text
@@ -35,7 +35,7 @@ _Row = tuple[float, float, float, str]
 
 
 def histories_of(
-    data: Any, indicator: Indicators, output: str, said: Said, accept: Callable[[str, bool], object]
+    data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
 ) -> dict[str, History]:
     """Machine → its history in logs of a monitor, or in the lines of one; a single one has no name.
 
@@ -134,7 +134,7 @@ def _since_its_detector(
 
 
 def _of_records(
-    data: Any, indicator: Indicators, output: str, said: Said, accept: Callable[[str, bool], object]
+    data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
 ) -> History:
     sources = open_records(data, said=said)
     name = ", ".join(source.name for source in sources)

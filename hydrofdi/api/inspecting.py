@@ -13,7 +13,7 @@ import numpy as np
 
 from hydrofdi.api.arguments import Names, Texts, path_of, refusal
 from hydrofdi.api.measuring import Indicators, indicators_of
-from hydrofdi.api.sources import Said, kind_of, open_records
+from hydrofdi.api.sources import Described, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.nominal_actuator import constants_not_given
 from hydrofdi.indicators.record_measures import measure_sources
@@ -330,7 +330,7 @@ def inspect(
     chamber_1_pressure  bar    50  50.5   51        1
     ...
     """
-    said = Said(sampling_frequency, channel, unit, label, group)
+    said = Described(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):
         raise refusal("record", "the name of a record", record)
     if write is not None:
@@ -340,7 +340,7 @@ def inspect(
             raise ConfigError(f"write: expected a data file, or a folder of data files; found {given}")
         if "…" in write_description(path_of(path), path_of(write), said.frequency):
             raise ConfigError(f"{write}: is written; replace each … in it")
-        data, said = write, Said()
+        data, said = write, Described()
     sources: list[Any] = open_records(data, said=said)
     sources = [
         source.few(_MOST_SIMULATED, record) if hasattr(source, "few") else source for source in sources

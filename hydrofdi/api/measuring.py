@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.arguments import Names, Texts, refusal
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
+from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import Description, describe, indicator_names, shadows
 from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_indicators, of_machine
 from hydrofdi.records import Channel
@@ -84,7 +84,7 @@ def measure(
     Traceback (most recent call last):
     hydrofdi.errors.DataError: the array: no sampling frequency is given (sampling_frequency='1 kHz'), ...
     """
-    said = Said(sampling_frequency, channel, unit, label, group)
+    said = Described(sampling_frequency, channel, unit, label, group)
     columns, measured, remarks = measured_records(data, with_options(indicators, options), said)
     records = [*measured]
     doubts = [doubt for record in records for doubt in record.doubts]
@@ -138,8 +138,8 @@ class Counted:
 
 
 def measured_records(
-    data: Any, indicators: Indicators, said: Said
-) -> tuple[Sequence[Column], Iterator[RecordMeasures], tuple[str, ...]]:
+    data: Any, indicators: Indicators, said: Described
+) -> tuple[Sequence[MeasuredOutput], Iterator[RecordMeasures], tuple[str, ...]]:
     """Columns, records that are measured as they are asked for, and remarks on all numbers, of `measure`."""
     chosen = indicators_of(indicators)
     sources = open_records(data, used_channels(chosen), said)
@@ -148,7 +148,7 @@ def measured_records(
 
 
 def write_measures(
-    path: Path, form: str, columns: Sequence[Column], records: Iterable[RecordMeasures]
+    path: Path, form: str, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     """Write what was measured, whole or not at all, as ``csv``, ``json`` or ``parquet``."""
     from hydrofdi.report.forms.measures import OWN, csv_lines, json_parts, write_parquet

@@ -26,7 +26,7 @@ from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.records.data_sheet import MachineSheet
+from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.report.table import Column, Table, library, plain
 from hydrofdi.settings.messages import nearest
@@ -243,7 +243,7 @@ class Run(Answer):
         }
         found = replace(held(samples | {"time [s]": self.time}), place=self.title, record_ids=[self.run_id])
         source, sheet = records_of(found, None, None, None), self.experiment.data_sheet
-        machine = MachineSheet.model_construct({*sheet}, **sheet)
+        machine = StatedMachine.model_construct({*sheet}, **sheet)
         return replace(source, config=source.config.model_copy(update={"actuator": machine}))
 
     @property

@@ -91,6 +91,7 @@ class Settings(TypedDict, total=False):
     constant_force: float | str  # load.constant_force [N]
     random_force: float | str  # load.random_force [N]
     random_period: float | str  # load.random_period [s]
+    random_change: float | str  # load.random_change [s]
     duration: float | str  # record.duration [s]
     step: float | str  # record.step [s]
     sampling_frequency: float | str  # record.sampling_frequency [Hz]

@@ -32,7 +32,7 @@ from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 
 
 @dataclass(frozen=True)
-class Said:
+class Described:
     """Descriptions of data by keywords that `hydrofdi.measure` and others share: of arrays one ``channel``
     and ``unit`` for all columns, or column → name; ``label`` and ``group`` of records in memory;
     ``KEY=VALUE`` ``settings`` of an experiment that is simulated.
@@ -54,7 +54,7 @@ class Said:
 
 
 def open_records(
-    data: Any, channels: Collection[Channel] = tuple(Channel), said: Said = Said()
+    data: Any, channels: Collection[Channel] = tuple(Channel), said: Described = Described()
 ) -> list[RecordSource]:
     """The records in files, results or memory: a source for each part of `data`."""
     parts = _parts(data)
@@ -89,7 +89,7 @@ def _is_whole(data: Any) -> bool:
     return any(hasattr(data, name) for name in ("columns", "coords", "record_source", "model_fields"))
 
 
-def _source(data: Any, number: int | None, channels: Collection[Channel], said: Said) -> RecordSource:
+def _source(data: Any, number: int | None, channels: Collection[Channel], said: Described) -> RecordSource:
     if isinstance(data, str | PathLike):
         return _source_at(path_of(data), channels, said)
     if hasattr(data, "record_source"):
@@ -109,7 +109,7 @@ def _source(data: Any, number: int | None, channels: Collection[Channel], said: 
     return records
 
 
-def _named(sources: Sequence[HeldSource], said: Said) -> list[HeldSource]:
+def _named(sources: Sequence[HeldSource], said: Described) -> list[HeldSource]:
     """Records in memory with labels, groups, and names that differ."""
     n_record = sum(len(source.table.record_ids) for source in sources)
     labels, groups = (_texts(name, getattr(said, name), n_record) for name in ("label", "group"))
@@ -149,7 +149,7 @@ _MEASURED_KEYS = {"files", "channels"}
 """Keys that a description of measured files has, and an experiment has not."""
 
 
-def _source_at(path: Path, channels: Collection[Channel], said: Said) -> RecordSource:
+def _source_at(path: Path, channels: Collection[Channel], said: Described) -> RecordSource:
     """Records of results, an experiment, a description of measured files, a data file, or a folder."""
     name, path, frequency = str(path), path if path.is_dir() else located(path), said.frequency
     kind = kind_of(path)
@@ -177,6 +177,8 @@ def kind_of(path: Path) -> str:
         return _kind_of_folder(path)
     if not path.exists():
         raise DataError(f"{path}: no such file or folder{ready_hint(path)}")
+    if not path.is_file():  # opening a pipe without a writer would wait for ever
+        raise DataError(f"{path}: is not a regular file")
     head = _head(path)
     if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
         return "results"

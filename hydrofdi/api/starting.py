@@ -15,16 +15,17 @@ from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, CylinderSheet
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.oil import KELVIN
+from hydrofdi.records.data_sheet import StatedMachine, data_sheet_lines
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.readable import plain
 from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names, ready_summary
 from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Source, scalar
+from hydrofdi.settings.yaml_source import Source, parse_yaml, scalar
 from hydrofdi.settings.yaml_source import plain as plain_data
 from hydrofdi.units import convert
 
-TEMPLATES = ("actuator", "paper", "online")
+TEMPLATES = ("actuator", "paper", "online", "description")
 
 _NAME = re.compile(r"^name: .*$", re.MULTILINE)
 _COMMENT = re.compile(r"^([^#\n]*[^#\s]) {2,}(# .*)$", re.MULTILINE)
@@ -39,7 +40,7 @@ _COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
 def init(
     name: str = "my-actuator",
     *,
-    template: Literal["actuator", "paper", "online"] = "actuator",
+    template: Literal["actuator", "paper", "online", "description"] = "actuator",
     folder: str | PathLike[str] = ".",
     **data_sheet: Any,
 ) -> Path:
@@ -50,13 +51,15 @@ def init(
     name : str
         Name of the experiment; the file is ``NAME.yaml``. An existing file is never overwritten.
     template : str
-        What is copied if no data sheet is given.
+        What is copied if no data sheet is given. ``description``: with a data sheet, the section
+        ``actuator`` of a description of records alone.
     folder : path
         Where the file is written.
     **data_sheet
         Numbers of the data sheet, as fields of `CylinderSheet`: ``bore="50 mm"``, ``rod``, ``stroke``,
-        ``supply``, ``valve="40 L/min at 70 bar"``, ``mass``; and, if known, ``oil``, ``air``,
-        ``temperature``, ``valve_frequency``, ``hose``, ``mounting``, ``double_rod``. Areas, volumes, valve,
+        ``supply``, ``valve="40 L/min at 70 bar"``, ``mass``; and, if known, ``null_leakage``, ``oil``,
+        ``air``, ``temperature``, ``valve_frequency``, ``hose``, ``dead_volume``, ``measured_modulus``,
+        ``return_pressure``, ``spring``, ``mounting``, ``double_rod``. Areas, volumes, valve,
         oil, motion, load, friction, controller, sensors and population follow, each beside its formula.
 
     Returns
@@ -80,8 +83,10 @@ def init(
     load_experiment({"name": experiment}, {})
     if template not in TEMPLATES:
         raise ConfigError(f"template: {brief(template)} is unknown{nearest(str(template), TEMPLATES)}")
-    if data_sheet:
+    if data_sheet or template == "description":
         text = sheet_text(experiment, data_sheet)
+        if template == "description":
+            text = _description(text)
     else:
         copied = _NAME.sub(f"name: {_stated(experiment)}", ready_copy(f"templates/{template}"), count=1)
         text = _COMMANDS.sub("", copied, count=1)
@@ -115,6 +120,14 @@ def sheet_text(name: str, given: Mapping[str, Any]) -> str:
         return format(value, form) if form.startswith(".") else _shown(value, form, int(n_digit or 4))
 
     return _COMMENT.sub(_aligned, _PLACE.sub(filled, layout))
+
+
+def _description(text: str) -> str:
+    """The section ``actuator`` of a description, from the file of a data sheet."""
+    made = load_experiment(parse_yaml(text, "").data)
+    stated = made.data_sheet | made.indicators["flow_balance"]
+    values = {name: stated[name] for name in StatedMachine.model_fields if name in stated}
+    return "\n".join(data_sheet_lines(values)) + "\n"
 
 
 def _aligned(line: re.Match[str]) -> str:
@@ -160,10 +173,15 @@ def _texts(name: str, given: Mapping[str, Any], sheet: CylinderSheet) -> dict[st
         "temperature": f"{warm - KELVIN:.4g} °C",
         "viscosity": _shown(oil.kinematic_viscosity(warm), "mm²/s"),
         "oil_table": "\n".join(_oil_table(sheet)),
-        "modulus_formula": "that of the oil; no hoses"
+        "modulus_formula": "measured"
+        if sheet.measured_modulus is not None
+        else "that of the oil; no hoses"
         if not sheet.hose
         else f"1/({1.0 - sheet.hose_share:.3f}/{_shown(sheet.oil_modulus, 'MPa')} +"
         f" {sheet.hose_share:.3f}/{_shown(HOSE_MODULUS, 'MPa')}); guess: oil and wall of a hose",
+        "null_known": "data sheet" if sheet.null_leakage is not None else "guess 1 % of the rated flow",
+        "return_guess": "" if "return_pressure" in given else "; guess: filter and cooler",
+        "return_comment": "" if "return_pressure" in given else "  # guess",
         "viscous": f"{plain(0.05 * sheet.push / speed_out, 3)} N·s/m",
         "speed_out": _shown(speed_out, "m/s", 3),
         "speed_in": _shown(speed_in, "m/s", 3),
@@ -184,7 +202,10 @@ def _areas_and_volumes(sheet: CylinderSheet, bore: str, rod: str) -> list[str]:
         ("", *((sheet.areas[0], sheet.volumes[0], first))),
         ("_2", *((sheet.areas[1], sheet.volumes[1], annulus))),
     ):
-        half = f"area · ½ stroke + {100 * DEAD_SHARE:g} % of area · stroke (guess: ports){hose}"
+        dead = f"{100 * DEAD_SHARE:g} % of area · stroke (guess: ports)"
+        if sheet.dead_volume is not None:
+            dead = f"dead volume {_shown(sheet.dead_volume, 'cm³')}"
+        half = f"area · ½ stroke + {dead}{hose}"
         named = [
             (f"piston_area{key}", _shown(area, "mm²"), formula),
             (f"chamber_volume{key}", _shown(volume, "cm³"), half),

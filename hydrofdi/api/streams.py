@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.api.arguments import Names, names_of, path_of, positive_of
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.file import is_detector
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import Address, is_mqtt, load_monitor_config
@@ -82,7 +82,9 @@ def replay(
     """
     (chosen,) = names_of("record", record, "the number or name of a record") if record != "" else [""]
     stated = names_of("settings", settings, "texts such as 'fluid.bulk_modulus=689 MPa'")
-    sources = open_records(data, tuple(Channel), Said(sampling_frequency, channel, unit, settings=stated))
+    sources = open_records(
+        data, tuple(Channel), Described(sampling_frequency, channel, unit, settings=stated)
+    )
     if rate is not None and rate != "max":
         rate = positive_of("rate", rate, "Hz", "a number in Hz, a text such as '500 Hz', or 'max'")
     pace = math.inf if rate == "max" else rate

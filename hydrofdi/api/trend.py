@@ -10,7 +10,7 @@ from typing import Any
 from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.histories import histories_of
 from hydrofdi.api.measuring import Indicators
-from hydrofdi.api.sources import Said
+from hydrofdi.api.sources import Described
 from hydrofdi.api.trend_answer import Trend, Trends
 from hydrofdi.diagnosis.trends import FIRST_DATE, History, estimate
 from hydrofdi.errors import ConfigError, DataError
@@ -92,7 +92,7 @@ def trend(
         history = history if zero is None else replace(history, time=zero + history.time)
         return Trend(**vars(estimate(history, span, wanted, rate, level)))
 
-    histories = histories_of(data, indicator, output, Said(sampling_frequency), accept)
+    histories = histories_of(data, indicator, output, Described(sampling_frequency), accept)
     if machine:
         if machine not in histories:
             raise ConfigError(

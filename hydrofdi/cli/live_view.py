@@ -88,6 +88,7 @@ class LiveView:
             verdict = line.verdict
             score = "no number" if verdict.score is None else self._file.score_text(verdict.score)
             what = ["beyond the limit" if verdict.is_beyond or verdict.alarm else "within the limit"]
+            what += [str(verdict.leak)] if line.alarm and verdict.leak else []
             if verdict.fault is not None:
                 what.append(f"not judged, {verdict.fault.kind}: {verdict.fault.message}")
             if line.chart is not None and line.chart.statistic is not None:

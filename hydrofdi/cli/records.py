@@ -18,7 +18,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.indicators.record_measures import Column, RecordMeasures
+    from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
 
 _MOST_FAULTS, _MOST_ROWS, _FEW_RECORDS = 4, 20, 3
 """Most faults that are explained; most records, scores and pairs of groups; and most records beside each
@@ -56,11 +56,11 @@ def measure(
     'hydrofdi indicators' lists what can be measured.
     """
     from hydrofdi.api.measuring import Counted, measured_records
-    from hydrofdi.api.sources import Said
+    from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
 
     chosen_form = _form("json" if json else form, out)
-    said = Said(settings.get("sampling_frequency"))
+    said = Described(settings.get("sampling_frequency"))
     columns, measured, remarks = measured_records(sources, settings.get("indicators", "dwt"), said)
     tell(*(f"warning: {remark}" for remark in remarks))
     tally = Counted()
@@ -86,7 +86,9 @@ def _form(form: str | None, out: Path | None) -> str:
     return form
 
 
-def _write(form: str, out: Path | None, columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
+def _write(
+    form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
+) -> None:
     from hydrofdi.api.measuring import write_measures
     from hydrofdi.report.answer import Reply
     from hydrofdi.report.forms.measures import csv_lines, json_parts
@@ -100,7 +102,7 @@ def _write(form: str, out: Path | None, columns: Sequence[Column], records: Iter
             write_out(line)
 
 
-def _measures(columns: Sequence[Column], records: Iterator[RecordMeasures]) -> Iterator[Any]:
+def _measures(columns: Sequence[MeasuredOutput], records: Iterator[RecordMeasures]) -> Iterator[Any]:
     """The first records, and how many there are."""
     from hydrofdi.report.forms.measures import measures_table, upright
 
@@ -144,6 +146,7 @@ def diagnose(
 
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
+    from hydrofdi.api.diagnosing import visible_text
     from hydrofdi.report.answer import Strong
     from hydrofdi.settings.readable import percent
 
@@ -156,13 +159,21 @@ def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
         if record.reason:
             yield f"{record.record_id}: not judged: {record.reason}"
     faults = {each.name: each for each in reversed(found.records) if each.name not in ("", "healthy")}
-    if not faults and any(each.findings for each in found.records):
-        yield from ("", Strong("Nothing is wrong."))
+    if not faults and found.counts:
+        yield from ("", Strong("Nothing is wrong that could be seen."))
+    elif sum(found.counts.values()) > 1:
+        titles = {each.name: each.title for record in found.records for each in record.findings}
+        yield from ("", Strong("; ".join(f"{titles[name]}: {n}" for name, n in found.counts.items())))
+    healthy = next((each for each in found.records if each.name == "healthy"), None)
+    if healthy:
+        yield f"Would have been seen from this size on: {visible_text(healthy.findings)}"
     for record in [*reversed(faults.values())][:_MOST_FAULTS]:
         finding, titles = record.findings[0], {each.name: each.title for each in record.findings}
         sure = "above 99.9 %" if finding.low > 0.999 else f"{percent(finding.low)} to {percent(finding.high)}"
         yield from ("", Strong(f"{record.record_id}: {finding.title}, probability {sure}."))
-        if finding.looks_like:
+        if finding.name == "none_of_these":
+            yield f"The nearest of these: {titles[finding.looks_like[0]]}."
+        elif finding.looks_like:
             alike = "; ".join(
                 titles[name]
                 + (f" (told apart by: {finding.told_by[name]})" if name in finding.told_by else "")

@@ -22,11 +22,12 @@ def init(
         str, typer.Argument(help="Name of the experiment; writes NAME.yaml to this folder.")
     ] = "my-actuator",
     template: Annotated[
-        Literal["actuator", "paper", "online"],
+        Literal["actuator", "paper", "online", "description"],
         typer.Option(
             "--from",
             help="Without a data sheet. actuator: the smallest leak that is found on your actuator. online:"
-            " the delay until a new leak is found. paper: the actuator and the sweep of the paper.",
+            " the delay until a new leak is found. paper: the actuator and the sweep of the paper."
+            " description: with a data sheet, the section 'actuator' of a description of records.",
         ),
     ] = "actuator",
     **data_sheet: Any,
@@ -38,6 +39,9 @@ def init(
     and runs unchanged. An existing file is never overwritten.
     """
     file = hydrofdi.init(name, template=template, **data_sheet)
+    if template == "description":
+        write_out(f"{file}: the section 'actuator' of the description of your records\n")
+        return 0
     look = f"check {file} && hydrofdi plan {file}" if data_sheet else f"plan {file}"
     write_out(
         f"{file}: {'look at the guesses' if data_sheet else 'enter your numbers'}, then run\n"

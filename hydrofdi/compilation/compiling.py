@@ -88,8 +88,8 @@ def cache_directory(room: str) -> Path | None:
     """
     folder = _cache_root() / f"kernel-{_source_hash(room)}"
     try:
-        folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        folder.mkdir(mode=0o700, exist_ok=True)
+        for made in (*reversed(folder.parents), folder):  # parents=True would ignore the mode
+            made.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()
     except OSError:
         return None

@@ -12,11 +12,13 @@ from pydantic import AfterValidator, model_validator
 from hydrofdi.physics.cylinder import STANDARD_GRAVITY
 from hydrofdi.physics.oil import COOLING, Oil
 from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.physics.valve import clearance_conductance
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.units import parse_quantity
 
-_VALVE = re.compile(r"(.+?)\s*(?:at|@)\s*(.+)")
+_VALVE = re.compile(r"(.+?)\s*(?:at|@)\s*(.+?)(?:\s+per edge)?")
+_RANGE = re.compile(r"(.+?)\s*to\s*(.+)")
 _HOSE = re.compile(r"(.+?)\s*[x×]\s*(.+)")
 
 LENGTH = SI("m", above=0, usual=("1 mm", "20 m"))
@@ -35,11 +37,23 @@ def _pair(text: str, form: re.Pattern[str], units: tuple[str, str], what: str) -
 
 def valve_rating(text: str) -> tuple[float, float]:
     """Flow [m³/s] and pressure drop over both edges [Pa] of a text such as ``40 L/min at 70 bar``."""
-    what = "a rated flow; write it like '40 L/min at 70 bar', the drop over both metering edges together"
+    what = (
+        "a rated flow; write it like '40 L/min at 70 bar', the drop over both metering edges together,"
+        " or like '40 L/min at 35 bar per edge'"
+    )
     flow, drop = _pair(text, _VALVE, ("m^3/s", "Pa"), what)
+    drop *= 2.0 if text.strip().endswith("per edge") else 1.0
     if not 5e5 <= drop <= 350e5:
         raise ValueError(f"{text!r}: valves are rated at 5 to 350 bar over both metering edges")
     return flow, drop
+
+
+def pressure_range(text: str) -> tuple[float, float]:
+    """Lowest and highest pressure [Pa] of a text such as ``2 bar to 6 bar``."""
+    low, high = _pair(text, _RANGE, ("Pa", "Pa"), "a range; write it like '2 bar to 6 bar'")
+    if low >= high:
+        raise ValueError(f"{text!r} must rise")
+    return low, high
 
 
 def hose_size(text: str) -> tuple[float, float]:
@@ -79,7 +93,8 @@ class CylinderSheet(Section):
     """Supply pressure [Pa]."""
 
     valve: Annotated[str, _checked(valve_rating)]
-    """Rated flow of the valve and its pressure drop over both metering edges, e.g. '40 L/min at 70 bar'."""
+    """Rated flow of the valve and its pressure drop over both metering edges, e.g. '40 L/min at 70 bar', or
+    over one, '40 L/min at 35 bar per edge'."""
 
     mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"))]
     """Moved mass: piston, rod and load [kg]."""
@@ -99,6 +114,23 @@ class CylinderSheet(Section):
 
     hose: Annotated[str, _checked(hose_size)] = ""
     """Length and inner diameter of the hose between valve and each chamber, e.g. '2 m x 12 mm'."""
+
+    null_leakage: Annotated[float, SI("m^3/s", above=0, most=1.0)] | None = None
+    """Largest null leakage of the valve at the supply pressure, e.g. '0.4 L/min'; by default 1 % of the rated
+    flow [m³/s]."""
+
+    return_pressure: Annotated[str, _checked(pressure_range)] = "2 bar to 6 bar"
+    """Range of the return pressure, e.g. '2 bar to 6 bar'."""
+
+    spring: Annotated[float, SI("N/m", least=0)] = 0.0
+    """Stiffness of a spring on the piston [N/m]."""
+
+    dead_volume: Annotated[float, SI("m^3", above=0)] | None = None
+    """Volume of each chamber and its ports with the piston at its end; by default 5 % of area · stroke
+    [m³]."""
+
+    measured_modulus: Annotated[float, SI("Pa", above=0)] | None = None
+    """Measured effective bulk modulus of oil and hoses [Pa]."""
 
     mounting: Literal["horizontal", "vertical-rod-up", "vertical-rod-down"] = "horizontal"
     """Direction of the axis, along which the mass weighs."""
@@ -132,7 +164,9 @@ class CylinderSheet(Section):
     @cached_property
     def volumes(self) -> tuple[float, float]:
         """V_1 and V_2 with the piston at the centre [m³]."""
-        first, second = ((0.5 + DEAD_SHARE) * self.stroke * area + self.hose_volume for area in self.areas)
+        swept = [self.stroke * area for area in self.areas]
+        dead = [DEAD_SHARE * each if self.dead_volume is None else self.dead_volume for each in swept]
+        first, second = (0.5 * each + own + self.hose_volume for each, own in zip(swept, dead, strict=True))
         return first, second
 
     @property
@@ -147,7 +181,9 @@ class CylinderSheet(Section):
 
     @cached_property
     def bulk_modulus(self) -> float:
-        """β of oil and hoses in series [Pa]."""
+        """β of oil and hoses in series, if it is not measured [Pa]."""
+        if self.measured_modulus is not None:
+            return self.measured_modulus
         return 1.0 / ((1.0 - self.hose_share) / self.oil_modulus + self.hose_share / HOSE_MODULUS)
 
     @property
@@ -275,6 +311,26 @@ class CylinderSheet(Section):
         return next((each for each in ranges if each >= 1.2 * self.supply), 2.0 * self.supply)
 
     @property
+    def largest_leakage(self) -> float:
+        """Largest null leakage [m³/s]."""
+        return 0.01 * self.rated_flow if self.null_leakage is None else self.null_leakage
+
+    @property
+    def tank(self) -> float:
+        """Return pressure in the middle of its range [Pa]."""
+        return 0.5 * sum(pressure_range(self.return_pressure))
+
+    @property
+    def lowest_tank(self) -> float:
+        """Its lowest value [Pa]."""
+        return pressure_range(self.return_pressure)[0]
+
+    @property
+    def highest_tank(self) -> float:
+        """Its highest value [Pa]."""
+        return pressure_range(self.return_pressure)[1]
+
+    @property
     def clearance(self) -> float:
-        """Conductance of the valve's clearances if its null leakage were the rated flow [m³/(s·Pa)]."""
-        return self.rated_flow / self.supply
+        """Conductance of the clearance at each edge of a valve with this null leakage [m³/(s·Pa)]."""
+        return clearance_conductance(self.largest_leakage, self.supply, self.tank)

@@ -291,10 +291,10 @@ def _normalize_detection(source: Source, from_files: Mapping[str, str]) -> None:
     except ValidationError:  # a mistake when the model is validated
         return
     made = IndicatorChoice(json.dumps(data.get("indicators", {DWT: {}}))).made(wavelet)
-    for place, label in enumerate(detection.get("indicators") or ()):
+    for index, label in enumerate(detection.get("indicators") or ()):
         if label not in made:
             message = f"{label!r} is not among the indicators{nearest(str(label), list(made))}"
-            source.report((*path, place), message)
+            source.report((*path, index), message)
     normalize_scores(source, detection.get("scores"), ("detection", "scores"), made)
     online = detection.get("online")
     charts = online.get("charts") if isinstance(online, dict) else None

@@ -159,8 +159,8 @@ def _arguments(source: Source, path: Path, name: str, roles: tuple[str, ...], st
         return []
     n_mistake = len(source.mistakes)
     values = [
-        _argument(source, (*path, place), name, role, value)
-        for place, (role, value) in enumerate(zip(roles or [""] * len(stated), stated, strict=True))
+        _argument(source, (*path, index), name, role, value)
+        for index, (role, value) in enumerate(zip(roles or [""] * len(stated), stated, strict=True))
     ]
     are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
     if not roles or are_numbers:
@@ -377,9 +377,9 @@ def _normalize_faults(source: Source, faults: Any) -> None:
 def _levels(source: Source, path: Path, name: str, stated: Any) -> list[float]:
     """The levels that are numbers; each of the others is a mistake of the source."""
     levels = axis_in_si(source, path, name, stated)
-    for place, level in enumerate(levels):
+    for index, level in enumerate(levels):
         if level is None:
-            source.report((*path, place), "a level is a number with a unit, not null")
+            source.report((*path, index), "a level is a number with a unit, not null")
     return [level for level in levels if isinstance(level, float)]
 
 

@@ -166,7 +166,7 @@ RULES: tuple[Rule, ...] = (
     ("input.shape", _is("multisine"), ("input.harmonics",)),
     ("input.shape", _is("steps"), ("input.seed",)),
     ("measurement.anti_alias", bool, ("measurement.anti_alias_order",)),
-    ("load.random_force", bool, ("load.random_period", "load.seed")),
+    ("load.random_force", bool, ("load.random_period", "load.random_change", "load.seed")),
     *(("friction.law", _is(*laws_that_use(name)), (f"friction.{name}",)) for name in LIMITED_PARAMETERS),
     *((f"{name}.order", _is("second"), (f"{name}.damping_ratio",)) for name in SENSORS),
     *((f"{name}.noise", bool, (f"{name}.noise_bandwidth",)) for name in SENSORS),
@@ -246,8 +246,8 @@ def _nested(path: str, part: Any) -> Iterator[tuple[str, int]]:
         for name, value in part.items():
             yield from _nested(f"{path}.{name}", value)
     elif isinstance(part, list | tuple):
-        for place, value in enumerate(part, 1):
-            yield from _nested(f"{path}[{place}]", value)
+        for index, value in enumerate(part, 1):
+            yield from _nested(f"{path}[{index}]", value)
 
 
 def _shown_values(value: Any) -> str:

@@ -416,7 +416,7 @@ class Expansion:
             for name in parameter_names()
             if name in names
         }  # fmt: skip
-        self._places = {name: place for place, name in enumerate(self._numbers)}
+        self._places = {name: index for index, name in enumerate(self._numbers)}
         values = {name: _first_values(numbers) for name, numbers in self._numbers.items()}
         self._plain = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
 
@@ -455,6 +455,7 @@ class Expansion:
             for name in INTERNAL_LEAKAGE_FORMS
         ]
         for name, is_own, is_other in zip(INTERNAL_LEAKAGE_FORMS, is_set, is_set[::-1], strict=True):
+            # A point that sets K_i cancels the flow of the file, and the other way round.
             numbers[is_other & ~is_own, self._places[name]] = self._numbers[name][None]
         self._require_possible(numbers, self._points.columns)
         numbers = self._plainly_sealed(numbers)
@@ -465,11 +466,13 @@ class Expansion:
         leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
         healthy = [self._plainly_sealed(self._changed(rows, each)) for each in (self._baseline, leakage)]
         (first_fixed, of_fixed), (first_matched, of_matched) = map(_distinct, healthy)
+        # In the order of the runs that need them first, each fixed baseline before the matched one.
         by_turns = np.argsort(np.concatenate([2 * first_fixed, 2 * first_matched + 1]))
         baselines = np.concatenate([healthy[0][first_fixed], healthy[1][first_matched]])
         together = np.concatenate([rows, baselines[by_turns]])
         first, places = _distinct(together)
         if len(first) > len(rows):
+            # A baseline that was added needs baselines, too; those of baselines are known, so this ends.
             return self.with_baselines(together[first])
         found = np.empty(len(by_turns), dtype=np.intp)
         found[by_turns] = places[len(rows) :]

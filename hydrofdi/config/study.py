@@ -16,10 +16,10 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, mo
 
 from hydrofdi.config.sweep import (
     Axes,
-    Column,
     CorrelationConfig,
     Distribution,
     Points,
+    SweptValues,
     argument_values,
     correlated,
     drawn,
@@ -286,14 +286,14 @@ def _points(config: PopulationConfig, each: Drawn) -> Points:
                 unit = _unit(config, each.identity, name, each.count)
                 columns[name] = _drawn(name, dict(value), unit, f"{path}.{name}")
             else:
-                columns[name] = Column([value], np.zeros(each.count, dtype=np.int32))
+                columns[name] = SweptValues([value], np.zeros(each.count, dtype=np.int32))
     return Points(each.count, columns)
 
 
-def _drawn(name: str, law: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> Column:
+def _drawn(name: str, law: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> SweptValues:
     values = drawn(name, law, unit, path)
-    places = {value: place for place, value in enumerate(dict.fromkeys(values))}
-    return Column(list(places), np.array([places[value] for value in values], dtype=np.int32))
+    places = {value: index for index, value in enumerate(dict.fromkeys(values))}
+    return SweptValues(list(places), np.array([places[value] for value in values], dtype=np.int32))
 
 
 def _cube(config: PopulationConfig, each: Drawn) -> NDArray[np.float64]:
@@ -373,7 +373,7 @@ def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyT
     drawn = populations(study)
     counts = [each.count for each in drawn]
     of_run = np.repeat(np.arange(len(drawn)), counts)
-    actuators = [f"{each.actuators} {place}" for each in drawn for place in range(each.count)]
+    actuators = [f"{each.actuators} {index}" for each in drawn for index in range(each.count)]
     return StudyTable(
         tuple(each.population for each in drawn),
         np.tile(of_run, len(designs)),

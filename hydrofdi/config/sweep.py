@@ -450,8 +450,10 @@ def correlated(
     from scipy.special import ndtr, ndtri
 
     axes = [list(names).index(name) for name in correlation.parameters]
+    # Gaussian copula; 0 and 1 would become infinite.
     normal = ndtri(np.clip(unit[:, axes], 2.0**-53, 1.0 - 2.0**-53))
     depending = unit.copy()
+    # L Lᵀ = R: independent normal rows times Lᵀ have the correlations R.
     depending[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(correlation.matrix)).T)
     return depending
 
@@ -461,7 +463,7 @@ NOMINAL = -1
 
 
 @dataclass(frozen=True)
-class Column:
+class SweptValues:
     """The values of one parameter [SI], and the index of each point's; ``NOMINAL`` if the point sets none."""
 
     values: Sequence[Any]
@@ -473,13 +475,13 @@ class Points:
     """Points of a sweep: dotted parameter → its column, each of length `n_point`."""
 
     n_point: int
-    columns: dict[str, Column]
+    columns: dict[str, SweptValues]
 
     def at(self, positions: NDArray[np.intp]) -> Points:
         """Some of the points."""
         columns = self.columns.items()
         return Points(
-            len(positions), {name: Column(each.values, each.index[positions]) for name, each in columns}
+            len(positions), {name: SweptValues(each.values, each.index[positions]) for name, each in columns}
         )
 
     def values(self, point: int) -> dict[str, Any]:
@@ -503,13 +505,15 @@ def count_points(block: SweepConfig) -> int:
 def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -> Points:
     """The points of a block, in order."""
     factors = [
-        Points(len(values), {name: Column(values, np.arange(len(values), dtype=np.int32))})
+        Points(len(values), {name: SweptValues(values, np.arange(len(values), dtype=np.int32))})
         for name, values in block.grid.items()
     ]
     if block.zip:
         n_value = len(next(iter(block.zip.values())))
         index = np.arange(n_value, dtype=np.int32)
-        factors.append(Points(n_value, {name: Column(values, index) for name, values in block.zip.items()}))
+        factors.append(
+            Points(n_value, {name: SweptValues(values, index) for name, values in block.zip.items()})
+        )
     if sample := block.sample:
         cube = unit_cube(sample.method, sample.count, len(sample.over), sample.seed)
         unit, index = (
@@ -517,7 +521,7 @@ def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -
             np.arange(sample.count, dtype=np.int32),
         )
         columns = {
-            name: Column(drawn(name, law, unit[:, axis], f"{path}.sample.over.{name}"), index)
+            name: SweptValues(drawn(name, law, unit[:, axis], f"{path}.sample.over.{name}"), index)
             for axis, (name, law) in enumerate(sample.over.items())
         }
         factors.append(Points(sample.count, columns))
@@ -545,10 +549,10 @@ def one_after_the_other(parts: Sequence[Points]) -> Points:
         values: list[Any] = []
         indices = []
         for part in parts:
-            column = part.columns.get(name, Column((), np.full(part.n_point, NOMINAL, dtype=np.int32)))
+            column = part.columns.get(name, SweptValues((), np.full(part.n_point, NOMINAL, dtype=np.int32)))
             indices.append(np.where(column.index == NOMINAL, NOMINAL, column.index + np.int32(len(values))))
             values += column.values
-        columns[name] = Column(values, np.concatenate(indices, dtype=np.int32))
+        columns[name] = SweptValues(values, np.concatenate(indices, dtype=np.int32))
     return Points(sum(part.n_point for part in parts), columns)
 
 

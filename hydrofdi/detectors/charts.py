@@ -239,8 +239,8 @@ def _glr(scores: Array, statistic: Array, memory: Array, limit: float, is_two_si
                 score = earlier
             statistic[stream, instant] = largest
             if largest >= limit:
-                for place in range(memory.shape[1]):
-                    memory[stream, place] = 0.0
+                for index in range(memory.shape[1]):
+                    memory[stream, index] = 0.0
 
 
 class GlrOptions(ChartOptions):

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows
-from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, weak_weights
+from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, window_equations
+from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, new_sums, weak_weights
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
 
@@ -19,14 +19,21 @@ N_PLACE = 6
 
 LEAKS = tuple(f"internal_coefficient_{place}" for place in range(N_PLACE))
 
-_MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "position_gain", "lag", "position_lag")
+GAPS = tuple(f"laminar_{place}" for place in range(N_PLACE))
+
+_MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "lag", "position_lag")
 
 NAMES = (*LEAKS, *UNKNOWNS[1:], *_MORE)
 """Unknowns: K_i along the stroke, those of `chamber_balance`, conductances of a laminar seal leak and of
-leaks of each chamber to the outside, relative gain errors of the pressures and the position, and how much
-spool and position are behind [s]."""
+leaks of each chamber to the outside, relative gain errors of the pressures, and how much spool and position
+are behind [s]."""
 
-PLACE = {name: place for place, name in enumerate(NAMES)}
+CAUSES = (*NAMES, "position_gain", "feed_1", "feed_2", *GAPS)
+"""The unknowns, and what else a fault may change and is seen through them: relative gain error of the
+position (as an unknown it would explain all motion away), conductances of the clearance of each supply edge
+and of a laminar leak along the stroke."""
+
+PLACE = {name: place for place, name in enumerate(CAUSES)}
 
 EDGES = {"supply 1": (1, 1), "return 1": (1, -1), "supply 2": (-1, -1), "return 2": (-1, 1)}
 """Metering edge → sign of its chamber, and of the spool position that opens it."""
@@ -36,29 +43,39 @@ _OF_EDGES = ("lap", "offset", "lap_by_feeding", "lap_by_chamber")
 CONTRASTS = np.array([(1, side, chamber * side, chamber) for chamber, side in EDGES.values()], dtype=float)
 """Lap of each edge from `_OF_EDGES`."""
 
+_OF_PRESSURES = ("supply", "bias_1", "bias_2")
+
 _N_FIT, _FARTHEST = 3, 0.2
-"""Number of fits, each about the laps found before; largest lap over the largest spool position."""
+"""Number of fits, each about the laps and pressures found before; the farthest of these, over the largest
+spool position and the supply pressure."""
 
 _CORRELATED = 25.0
 """Number of windows that share an error of the model, as in `weak_rls`."""
 
 
 class Fitted(NamedTuple):
-    """Equations of records about their laps: moments (n_record, N + 1, N + 1), counts, laps (n_record, 4)."""
+    """Equations of records: moments (n_record, M + 1, M + 1) of the M causes and the target, counts, and
+    the unknowns about which they are linear (n_record, N)."""
 
     moments: Array
     counts: Array
-    laps: Array
+    about: Array
 
 
 class Estimates(NamedTuple):
-    """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true unknowns to
-    these, and covariances (n_record, N, N)."""
+    """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true causes to
+    these (n_record, N, M), and covariances (n_record, N, N)."""
 
     values: Array
     misfits: Array
     gains: Array
     covariances: Array
+
+    @property
+    def noise(self) -> Array:
+        """Expected variances (n_record, N) of the values."""
+        own = self.gains[:, :, : len(NAMES)]
+        return np.asarray(np.einsum("rij,rij->ri", self.covariances, own))
 
 
 @dataclass(frozen=True)
@@ -85,7 +102,7 @@ class FaultBalance:
 
     @cached_property
     def scales(self) -> Array:
-        """Size of a change of each unknown that the estimate expects; its prior deviation (N,)."""
+        """Size of a change of each cause (M,); of an unknown also the prior deviation of its estimate."""
         options, flow = self.options, 0.2 * self.flow
         supply, modulus, lap = options.supply_pressure, options.bulk_modulus, 0.05 * self.largest_opening
         at = options.reference_pressure
@@ -95,87 +112,97 @@ class FaultBalance:
             "bias_2": 0.01 * supply, "return_pressure": 0.05 * supply, "free_air": 0.05,
             "supply_resistance": 0.01 * supply / self.flow, "gain_by_direction": 0.015,
             "gain_by_feeding": 0.015, "gain_by_chamber": 0.015, "lap_by_feeding": lap,
-            "lap_by_chamber": lap, "laminar": flow / at, "external_1": flow / at, "external_2": flow / at,
+            "lap_by_chamber": lap, **dict.fromkeys(("laminar", "external_1", "external_2"), flow / at),
+            **dict.fromkeys(("feed_1", "feed_2", *GAPS), flow / at),
             "gain_1": 0.02, "gain_2": 0.02, "position_gain": 0.02, "lag": 2e-3, "position_lag": 2e-3,
         }  # fmt: skip
         if not self.both:
             for name in ("bias_2", "gain_2", "external_2", "gain_by_chamber", "lap_by_chamber"):
                 # Without the second sensor the prior holds these at zero.
                 own[name] *= 1e-6
-        return np.array([own.get(name, flow / np.sqrt(at)) for name in NAMES])
+        return np.array([own.get(name, flow / np.sqrt(at)) for name in CAUSES])
 
     def fit(self, records: RecordBatch) -> Fitted:
-        """Equations about the laps of each record; the valve is not linear in its laps."""
-        laps = np.zeros((records.n_record, len(EDGES)))
-        reach = _FARTHEST * self.largest_opening
-        places = [PLACE[name] for name in _OF_EDGES]
-        for trial in range(_N_FIT):
-            moments, counts = self._moments(records, laps)
-            if trial < _N_FIT - 1:
-                values = self._settled(moments, counts)
-                # Gauss-Newton: the laps found so far move the spool, the others are found about it.
-                found = (values[:, places] * self.scales[places]) @ CONTRASTS.T
-                laps = np.clip(laps + found, -reach, reach)
-        return Fitted(moments, counts, laps)
+        """Equations of each record, linear about its laps and pressures."""
+        fitted = Fitted(*self._moments(records, about := np.zeros((records.n_record, len(NAMES)))), about)
+        for _ in range(_N_FIT - 1):
+            # Gauss-Newton: what is found moves spool and pressures, the others are found about it.
+            about = self._near(self._settled(fitted)[0])
+            fitted = Fitted(*self._moments(records, about), about)
+        return fitted
+
+    def _near(self, values: Array) -> Array:
+        """Those unknowns (n_record, N) in which the equations are not linear, within their bounds."""
+        about = np.zeros_like(values)
+        laps, reach = [PLACE[name] for name in _OF_EDGES], _FARTHEST * self.largest_opening
+        found = np.clip((values[:, laps] * self.scales[laps]) @ CONTRASTS.T, -reach, reach)
+        # Rows of `CONTRASTS` are orthogonal, of length 2.
+        about[:, laps] = 0.25 * found @ CONTRASTS / self.scales[laps]
+        for name in _OF_PRESSURES:
+            place, most = PLACE[name], _FARTHEST
+            most *= (1.0 if name == "supply" else self.options.supply_pressure) / self.scales[place]
+            about[:, place] = np.clip(values[:, place], -most, most)
+        return about
 
     def estimate(self, fitted: Fitted, variance: float) -> Estimates:
         """Estimates if the squared error of the equations is `variance` times the stated one."""
+        values, misfits, normal, covariances = self._solved(fitted, np.full(len(fitted.counts), variance))
+        return Estimates(values, misfits, covariances @ (normal / variance), covariances)
+
+    def _solved(self, fitted: Fitted, variances: Array) -> tuple[Array, Array, Array, Array]:
+        """Values and misfits of records, their equations with all causes, and covariances."""
         normal, right, square = self._normal(fitted.moments)
-        # Unknowns are in prior deviations, so the prior adds the unit matrix.
-        covariances = np.asarray(np.linalg.inv(normal / variance + np.eye(len(NAMES))), dtype=float)
-        values = np.einsum("rij,rj->ri", covariances, right / variance)
-        misfits = self._misfits(values, normal, right, square, fitted.counts)
-        values = values.copy()
-        # Estimates are about the laps of the fit, which are added.
-        own = fitted.laps @ np.linalg.inv(CONTRASTS).T
-        for column, name in enumerate(_OF_EDGES):
-            values[:, PLACE[name]] += own[:, column] / self.scales[PLACE[name]]
-        return Estimates(values, misfits, np.asarray(covariances @ (normal / variance)), covariances)
+        own, spread = normal[:, :, : len(NAMES)], variances[:, None, None]
+        # Unknowns are in prior deviations, so the prior adds the unit matrix; it is about the data sheet.
+        covariances = np.asarray(np.linalg.inv(own / spread + np.eye(len(NAMES))), dtype=float)
+        whole = right + np.einsum("rij,rj->ri", own, fitted.about)
+        values = np.einsum("rij,rj->ri", covariances / spread, whole)
+        # Residual sum of squares from sums of products; rounding can leave less than zero.
+        change = values - fitted.about
+        left = square - 2.0 * np.sum(change * right, axis=1)
+        left += np.einsum("ri,rij,rj->r", change, own, change)
+        return values, np.sqrt(np.maximum(left, 0.0) / np.maximum(fitted.counts, 1.0)), normal, covariances
 
     def variance(self, fits: Sequence[Fitted]) -> float:
         """Squared error of the equations over the stated one that agrees with the misfits of some records."""
-        misfits = [
-            self._misfits(self._settled(each.moments, each.counts), *self._normal(each.moments), each.counts)
-            for each in fits
-        ]
-        return float(1.0 + _CORRELATED * max(float(np.median(np.concatenate(misfits))) ** 2 - 1.0, 0.0))
+        return float(np.median(np.concatenate([self._settled(each)[1] for each in fits])))
 
-    def _settled(self, moments: Array, counts: Array) -> Array:
-        """Estimates (n_record, N) with errors that agree with the misfit of each record."""
-        normal, right, square = self._normal(moments)
-        variances = np.full(len(moments), 10.0)
-        # Estimates and variance depend on each other: fixed-point steps.
+    def _settled(self, fitted: Fitted) -> tuple[Array, Array]:
+        """Estimates (n_record, N), and squared errors that agree with the misfit of each record."""
+        # Estimates and variance depend on each other: fixed-point steps down from the data sheet alone.
+        scaled = fitted.moments[:, -1, -1] / self.options.error**2
+        variances = 1.0 + _CORRELATED * scaled / np.maximum(fitted.counts, 1.0)
         for _ in range(4):
-            weighted = normal / variances[:, None, None] + np.eye(len(NAMES))
-            values = np.linalg.solve(weighted, (right / variances[:, None])[..., None])[..., 0]
-            misfits = self._misfits(values, normal, right, square, counts)
+            values, misfits, *_ = self._solved(fitted, variances)
             variances = 1.0 + _CORRELATED * np.maximum(misfits**2 - 1.0, 0.0)
-        return np.asarray(values)
+        return values, variances
 
     def _normal(self, moments: Array) -> tuple[Array, Array, Array]:
-        scaled = moments / self.options.error**2
-        normal = scaled[:, :-1, :-1] * self.scales[:, None] * self.scales
-        return normal, scaled[:, :-1, -1] * self.scales, scaled[:, -1, -1]
+        """Equations of the unknowns: products with all causes, with the target, and its square."""
+        scaled, n_own = moments / self.options.error**2, len(NAMES)
+        normal = scaled[:, :n_own, :-1] * self.scales[:n_own, None] * self.scales
+        return normal, scaled[:, :n_own, -1] * self.scales[:n_own], scaled[:, -1, -1]
 
-    def _misfits(self, values: Array, normal: Array, right: Array, square: Array, counts: Array) -> Array:
-        # Residual sum of squares from sums of products; rounding can leave less than zero.
-        left = square - 2.0 * np.sum(values * right, axis=1)
-        left += np.einsum("ri,rij,rj->r", values, normal, values)
-        return np.asarray(np.sqrt(np.maximum(left, 0.0) / np.maximum(counts, 1.0)))
-
-    def _moments(self, records: RecordBatch, laps: Array) -> tuple[Array, Array]:
+    def _moments(self, records: RecordBatch, about: Array) -> tuple[Array, Array]:
         """Sums of products of regressors and target, and numbers of equations, of both chambers."""
         options, half = self.options, self.options.half_window
         frequency, n_record = records.sampling_frequency, records.n_record
         balance = VolumeBalance(records, options)
         shape = (n_record, records.n_time)
-        supply = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
-        first, second = (np.ascontiguousarray(each) for each in balance.pressures)
+        physical = about * self.scales[: len(NAMES)]
+        laps = physical[:, [PLACE[name] for name in _OF_EDGES]] @ CONTRASTS.T
+        more, *biases = (physical[:, [PLACE[name]]] for name in _OF_PRESSURES)
+        reference = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
+        supply = reference * (1.0 + more)
+        first, second = (
+            np.ascontiguousarray(each - bias) for each, bias in zip(balance.pressures, biases, strict=True)
+        )
         position = np.ascontiguousarray(balance.position)
         weights = weak_weights(half, frequency)
-        moments = np.zeros((n_record, len(NAMES) + 1, len(NAMES) + 1))
+        moments = np.zeros((n_record, len(CAUSES) + 1, len(CAUSES) + 1))
         counts = np.zeros(n_record)
-        leaks = self._leaks(first - second, position)
+        leaks = self._along(signed_root(first - second), position)
+        gaps = self._along(first - second, position)
         speed = np.gradient(position, axis=1) * frequency
 
         def integral(signal: Array, row: int = 0) -> Array:
@@ -186,7 +213,11 @@ class FaultBalance:
         for chamber, pressure in enumerate((first, second)[: options.n_pressure]):
             sign, area = 1.0 - 2.0 * chamber, options.areas[chamber]
             spool = self._moved(balance.spool, laps, chamber)
-            regular, targets = balance.equations(spool)
+            sums = new_sums(n_record, options.n_pressure)
+            signals = spool, position, first, second, supply, reference
+            regular, targets = window_equations(options, records, 0, sums, *signals)
+            # The target is about the reference; here it is about the supply pressure used.
+            targets = targets - regular[:, :, :, UNKNOWNS.index("supply")] * more[:, :, None]
             regular = regular[:, :, chamber]
             # (7), (8): the supply edge is open, else the return edge.
             feeds = sign * spool >= 0.0
@@ -198,6 +229,7 @@ class FaultBalance:
             # A gain error of a pressure acts on the orifice and on the compression.
             of_gain = integral(slope * pressure) - regular[:, :, PLACE_OF_MODULUS] / options.bulk_modulus
             nothing = np.zeros_like(external)
+            fed = [-sign * integral(supply - pressure), nothing]
             own = [external, nothing] if chamber == 0 else [nothing, external]
             own += [of_gain, nothing] if chamber == 0 else [nothing, of_gain]
             columns = [
@@ -205,9 +237,11 @@ class FaultBalance:
                 *np.moveaxis(regular[:, :, 1:], 2, 0),
                 integral(first - second),
                 *own,
-                -area * integral(position, 1),
                 integral(gain * root * np.gradient(spool, axis=1) * frequency),
                 area * integral(speed, 1),
+                -area * integral(position, 1),
+                *(fed[::-1] if chamber else fed),
+                *(integral(gap) for gap in gaps),
                 targets[:, :, chamber],
             ]
             kept = counting_windows(spool, frequency, options)
@@ -216,11 +250,10 @@ class FaultBalance:
             counts += kept.sum(axis=1)
         return moments, counts
 
-    def _leaks(self, difference: Array, position: Array) -> list[Array]:
-        """Flow per K_i at places along the stroke: hat functions with sum 1."""
+    def _along(self, flow: Array, position: Array) -> list[Array]:
+        """A flow at places along the stroke: hat functions with sum 1."""
         place = np.interp(position, self.places, np.arange(N_PLACE))
-        root = signed_root(difference)
-        return [root * np.clip(1.0 - np.abs(place - each), 0.0, 1.0) for each in range(N_PLACE)]
+        return [flow * np.clip(1.0 - np.abs(place - each), 0.0, 1.0) for each in range(N_PLACE)]
 
     def _moved(self, spool: Array, laps: Array, chamber: int) -> Array:
         """Spool position less the lap of the edge of a chamber that it opens; zero in between."""

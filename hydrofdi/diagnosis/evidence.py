@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import NAMES
+from hydrofdi.diagnosis.balance import CAUSES
 from hydrofdi.diagnosis.history import History, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, SENSORS, Hypothesis, hypotheses
 from hydrofdi.evaluation.scores import comparable
@@ -43,6 +43,13 @@ _FREE = 30.0
 _SCALES = np.logspace(np.log10(1.5), 3.0, 16)
 """Scatter of a record with an unknown fault, over the healthy one."""
 
+_STRANGE = 0.1
+"""Largest probability that nothing is wrong with a record that is unlike the rest of its history."""
+
+_MISSED, _FORMS = 1.645, 0.25
+"""Deviation by which a fault that would just be seen may seem smaller than it is, and share of its forms
+that may be seen less."""
+
 _TOLD_APART = 2.0 * np.log(20.0)
 """Squared distance at which one fault is expected to be twenty times as likely as the other."""
 
@@ -58,8 +65,11 @@ class Finding:
         With its range if the healthy scatter is as small or large as its 95 % interval allows.
     size, size_low, size_high : float
         Estimate of the size and its 95 % interval, in `unit`; NaN if it has none.
+    visible : float
+        Size from which on most of its forms would be seen, in `unit`; infinite if no size would, NaN if it
+        has none.
     looks_like : tuple of str
-        Other faults that the sensors would not tell from it at this size.
+        Other faults that the sensors would not tell from it at this size; of none of these, the nearest one.
     told_by : mapping of str to str
         Such a fault → what to measure to tell it apart; missing if nothing that is known does.
     """
@@ -74,6 +84,7 @@ class Finding:
     size: float = float("nan")
     size_low: float = float("nan")
     size_high: float = float("nan")
+    visible: float = float("nan")
     looks_like: tuple[str, ...] = ()
     told_by: Mapping[str, str] = field(default_factory=dict)
 
@@ -93,14 +104,27 @@ class Judge:
     def __init__(self, history: History) -> None:
         self.history = history
         self.hypotheses = hypotheses(history)
+        n_other = len(self.hypotheses) + len(REPAIRS)
+        self._log_prior = float(np.log((1.0 - PRIOR_HEALTHY) * (1.0 - PRIOR_NONE) / n_other))
+
+    def stranger(self) -> tuple[int, Judge, Finding] | None:
+        """The record of the history that differs most, what the others judge it to be, and these; None if it
+        is like them."""
+        seen, *_ = self.history.seen
+        white, _ = self._whitened(self.history.scatter, seen - self.history.centre)
+        row = int(np.argmax(comparable(np.sum(white**2, axis=1))))
+        others = Judge(self.history.without(row))
+        findings = others.judge(*(each[row] for each in self.history.seen))
+        chance = next((each.probability for each in findings if each.name == HEALTHY), 1.0)
+        return None if chance > _STRANGE else (row, others, findings[0])
 
     def findings(self, record: RecordBatch) -> list[Finding]:
-        """Findings on one record, the most probable first."""
+        """Findings on one record, the most probable first; none if no fault could be seen."""
         history = self.history
         (own,), estimates = signatures(history.balance, record, history.variance)
         gain, covariance = estimates.gains[0], estimates.covariances[0]
         findings = self.judge(own, gain, covariance)
-        if findings[0].name == HEALTHY:
+        if not findings or findings[0].name == HEALTHY:
             return findings
         # A recording that is wired wrongly is undone exactly; only then is it worth the time.
         repaired = {
@@ -123,7 +147,7 @@ class Judge:
     def judge(
         self, signature: Array, gain: Array, covariance: Array, repaired: Mapping[str, Array] | None = None
     ) -> list[Finding]:
-        """Findings, the most probable first.
+        """Findings, the most probable first; none if most faults could not be seen at any size.
 
         Parameters
         ----------
@@ -134,6 +158,8 @@ class Judge:
         repaired : mapping of str to ndarray, optional
             Name in `REPAIRS` → signature of the repaired record.
         """
+        if not np.all(np.isfinite(signature)):
+            return []
         difference = signature - self.history.centre
         scatter = self.history.scatter_of(gain, covariance)
         shifts = {
@@ -148,11 +174,17 @@ class Judge:
             name: self._whitened(scatter, (each - self.history.centre)[None])
             for name, each in (repaired or {}).items()
         }
+        visible = {
+            each.name: self._visible(shifts[each.name][0], each, healthy[1]) for each in self.hypotheses
+        }
+        if np.median([*visible.values()]) == np.inf:
+            return []
         chances = [self._probabilities(shifts, healthy, others, factor) for factor in self._factors()]
         best = chances[0]
         # Rounded, so that the order is the same on all processors.
         order = sorted(best, key=lambda name: -comparable(best[name]))
-        return [self._finding(name, chances, shifts, scatter, gain) for name in order]
+        found = [self._finding(name, chances, shifts, scatter, gain) for name in order]
+        return [replace(each, visible=visible.get(each.name, each.visible)) for each in found]
 
     def _factors(self) -> tuple[float, float, float]:
         """Factors on the scatter: as estimated, and the ends of its 95 % interval."""
@@ -172,9 +204,9 @@ class Judge:
                 place = self.history.names.index(name)
                 scatter[place, place] *= 1.0 + _FREE**2
         scatter[-1, -1] += _MISFIT**2
-        moved = hypothesis.directions.copy()
-        # Unknowns of the balance are seen through its estimate, forces and pressure directly.
-        moved[:, : len(NAMES)] = moved[:, : len(NAMES)] @ gain.T
+        # Causes of the balance are seen through its estimate, forces and pressure directly.
+        own, rest = np.split(hypothesis.directions, [len(CAUSES)], axis=1)
+        moved = np.hstack((own @ gain.T, rest))
         white, log_determinant = self._whitened(scatter, np.vstack((difference, moved)))
         return _Shift(white[0], white[1:], log_determinant)
 
@@ -202,19 +234,33 @@ class Judge:
         # A wider scatter adds to ln det once for each quantity.
         wide = self._log_density(square / spread, healthy[1] + size * np.log(spread))
         logs[NONE] = _log_mean(wide) + np.log((1.0 - PRIOR_HEALTHY) * PRIOR_NONE)
-        n_other = len(shifts) + len(REPAIRS)
-        each = np.log((1.0 - PRIOR_HEALTHY) * (1.0 - PRIOR_NONE) / n_other)
         for hypothesis in self.hypotheses:
             densities = [self._density(shift, hypothesis, factor) for shift in shifts[hypothesis.name]]
-            logs[hypothesis.name] = _log_mean(np.array(densities)) + each
+            logs[hypothesis.name] = _log_mean(np.array(densities)) + self._log_prior
         for name, (white, log_determinant) in others.items():
             found = float(self._log_density(np.array(np.sum(white**2) / factor), log_determinant))
-            logs[name] = found + each
+            logs[name] = found + self._log_prior
         top = max(logs.values())
         # Over the most probable one, as densities themselves may underflow.
         weights = {name: float(np.exp(value - top)) for name, value in logs.items()}
         total = sum(weights.values())
         return {name: weight / total for name, weight in weights.items()}
+
+    def _visible(self, shift: _Shift, hypothesis: Hypothesis, log_determinant: float) -> float:
+        """Size from which on this fault is more probable than that nothing is wrong; infinite if none is."""
+        count, lengths = len(self.history.names), np.sqrt(np.sum(shift.directions**2, axis=1))
+        length = float(np.quantile(lengths, _FORMS))
+        least = np.inf
+        for size in hypothesis.usual * _SIZES[::-1]:
+            # The direction errs; the last coordinate stands for the scatter beside it.
+            along = max(size * length / (1.0 + hypothesis.error) - _MISSED, 0.0)
+            beside = np.array([along, np.sqrt(count)])
+            seen = _Shift(beside, np.array([[length, 0.0]]), shift.log_determinant)
+            healthy = float(self._log_density(along**2 + count, log_determinant)) + np.log(PRIOR_HEALTHY)
+            if self._density(seen, hypothesis, 1.0) + self._log_prior < healthy:
+                break
+            least = size
+        return float(least)
 
     def _density(self, shift: _Shift, hypothesis: Hypothesis, factor: float) -> float:
         """Logarithm of the mean density over sizes and directions."""
@@ -240,7 +286,8 @@ class Judge:
         if name not in shifts:
             title = {HEALTHY: "nothing is wrong", NONE: "none of these"}.get(name) or REPAIRS[name]
             advice = "compare the description of the channels with the wiring" if name in REPAIRS else ""
-            return Finding(name, title, "", advice, **range_of)
+            alike = (max(shifts, key=lambda each: _cosine(shifts[each][-1])),) if name == NONE else ()
+            return Finding(name, title, "", advice, **range_of, looks_like=alike)
         hypothesis = next(each for each in self.hypotheses if each.name == name)
         shift = shifts[name][-1]
         moved = np.sum(shift.directions**2, axis=1)
@@ -249,6 +296,9 @@ class Judge:
         # The direction that takes most from the squared distance.
         best = int(np.argmax(sizes**2 * moved))
         size = float(sizes[best])
+        if hypothesis.usual * _SIZES[-1] * np.sqrt(moved[best]) < 1.0:
+            # Not even the largest size moves the record by its deviation.
+            return Finding(name, hypothesis.title, hypothesis.unit, hypothesis.advice, **range_of)
         deviation = float(np.hypot(1.0 / np.sqrt(moved[best]), _SIZE * hypothesis.error * size))
         is_named = found[0] >= NAMED
         looks_like, told_by = self._confusable(hypothesis, best, size if is_named else 0.0, scatter, gain)
@@ -292,17 +342,23 @@ class Judge:
 
     def _telling(self, change: Array, known: float) -> str:
         """The sensor that tells a change of the true quantities best; empty if none does."""
-        scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(NAMES))))
+        scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(CAUSES))))
         best, found = known, ""
         for sensor, errors in SENSORS.items():
             square = known
             for name, error in errors.items():
-                if name in self.history.names:
-                    place = self.history.names.index(name)
+                if name in self.history.causes:
+                    place = self.history.causes.index(name)
                     square += float(change[place] * scales[place] / error) ** 2
             if comparable(square) > comparable(max(best, _TOLD_APART)):
                 best, found = square, sensor
         return found
+
+
+def _cosine(shift: _Shift) -> float:
+    """Cosine of the angle between a difference and the nearest direction of a fault."""
+    lengths = np.linalg.norm(shift.directions, axis=1) * np.linalg.norm(shift.difference)
+    return float(comparable(np.max(shift.directions @ shift.difference / np.maximum(lengths, 1e-30))))
 
 
 def _log_mean(logs: Array) -> float:

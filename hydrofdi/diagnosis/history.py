@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
+from hydrofdi.diagnosis.balance import CAUSES, LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.balancing import P1, P2, BalanceOptions
 from hydrofdi.records import Array, RecordBatch
@@ -31,8 +31,8 @@ friction is linear, over the largest speed."""
 _USUAL = 2.5e-3
 """Usual change of friction, force and pressure from record to record, over supply pressure times area."""
 
-_LEAST_SHARE = 0.2
-"""Least share of the errors of the model that differs in the next record: a motion that repeats hides it."""
+_LEAST = 0.005
+"""Least scatter of an unknown, over its scale."""
 
 _ANY = 1e3
 """Deviation of what a data sheet does not state, over that of the record."""
@@ -96,9 +96,9 @@ def forces(balance: FaultBalance, records: RecordBatch) -> Array:
 class History:
     """A healthy machine: centre (n_name,) and scatter (n_name, n_name) of a further record's signature.
 
-    `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations; `noise` (N,): variances
-    of estimates that it expects of a record like these, and their `share` that scatters; `n_record`: healthy
-    records that it rests on, 0 if on the data sheet.
+    `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations. Of the healthy records
+    that it rests on, none if on the data sheet: `noise` (N, N), the covariance of estimates that it expects
+    of a record like these; and `seen`, their signatures, gain matrices and covariances.
     """
 
     balance: FaultBalance
@@ -107,14 +107,35 @@ class History:
     scatter: Array
     dof: float
     variance: float
-    noise: Array
-    share: float
-    n_record: int
+    noise: Array | None = None
+    seen: tuple[Array, ...] = ()
+
+    @property
+    def n_record(self) -> int:
+        """Healthy records that it rests on; 0 if on the data sheet."""
+        return len(self.seen[0]) if self.seen else 0
+
+    def without(self, row: int) -> History:
+        """That of the other records."""
+        return _learned(self.balance, self.variance, *(np.delete(each, row, axis=0) for each in self.seen))
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """What faults may change: the causes of the balance, and what is compared beside its unknowns."""
+        return (*CAUSES, *self.names[len(NAMES) :])
 
     def scatter_of(self, gain: Array, covariance: Array) -> Array:
-        """Scatter of a record with this gain and covariance: larger if it tells less than those before."""
-        own = self.share * np.maximum(np.diag(covariance @ gain.T) - self.noise, 0.0)
-        return self.scatter + np.diag(np.concatenate((own, np.zeros(len(self.names) - len(own)))))
+        """Scatter of a record with this gain and covariance: larger where it tells less than those before."""
+        scatter, n_own = self.scatter.copy(), len(NAMES)
+        if self.noise is not None:
+            own = _symmetric(covariance @ gain[:, :n_own].T) + _LEAST**2 * np.eye(n_own)
+            factor = np.linalg.cholesky(self.noise + _LEAST**2 * np.eye(n_own))
+            half = np.linalg.solve(factor, np.linalg.solve(factor, own).T)
+            # Eigenvalues above one: directions in which it scatters more.
+            ratios, directions = np.linalg.eigh(_symmetric(half))
+            more = (factor @ directions) * np.sqrt(np.maximum(ratios - 1.0, 0.0))
+            scatter[:n_own, :n_own] += more @ more.T
+        return scatter
 
     def value(self, name: str) -> float:
         """Centre of a quantity that has no scale of its own."""
@@ -138,30 +159,52 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     """History of a machine from its healthy records, at least `FEWEST`."""
     balance = balance_of(healthy, options)
     fits = [balance.fit(batch) for batch in healthy]
-    variance = balance.variance(fits)
+    variance = _scattering(balance, fits)
     parts = [signatures(balance, batch, variance, own) for batch, own in zip(healthy, fits, strict=True)]
     found = np.concatenate([part[0] for part in parts])
-    names = signature_names(options)
+    gains = np.concatenate([part[1].gains for part in parts])
+    covariances = np.concatenate([part[1].covariances for part in parts])
+    return _learned(balance, variance, found, gains, covariances)
+
+
+def _learned(
+    balance: FaultBalance, variance: float, found: Array, gains: Array, covariances: Array
+) -> History:
+    """History from the signatures of healthy records (n_record, n_name), their gains and covariances."""
+    names = signature_names(balance.options)
     n_record, n_own = len(found), len(NAMES)
     deviations = found - found.mean(axis=0)
     squares = np.sum(deviations**2, axis=0) / (n_record - 1)
-    covariances = np.concatenate([part[1].covariances for part in parts])
-    gains = np.concatenate([part[1].gains for part in parts])
-    noise = _symmetric(np.mean(covariances @ np.swapaxes(gains, 1, 2), axis=0))
+    noise = _symmetric(np.mean(covariances @ np.swapaxes(gains[:, :, :n_own], 1, 2), axis=0))
     expected = np.diag(squares)
-    # The errors of the model repeat from record to record, so that these scatter less than it says.
-    told = np.diag(noise) > 1e-9
-    # The median over the unknowns of which the records tell anything.
-    share = max(float(np.median(squares[:n_own][told] / np.diag(noise)[told])), _LEAST_SHARE)
     gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
-    expected[:n_own, :n_own] = share * noise + gain @ changes @ gain.T
+    expected[:n_own, :n_own] = noise + gain @ changes @ gain.T
     expected[-1, -1] = max(squares[-1], 0.1**2)
     expected[n_own:-1, n_own:-1] += np.diag(_usual(balance, found.mean(axis=0)[n_own:-1]) ** 2)
     own = _PRIOR_RECORDS + n_record - 1
     # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), share, n_record)
+    return History(
+        balance, names, found.mean(axis=0), spread, own, variance, noise, (found, gains, covariances)
+    )
+
+
+def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
+    """Squared error of the equations over the stated one that agrees with the scatter of the estimates: most
+    errors of the model repeat from record to record, so that they scatter less than they misfit."""
+    variance = balance.variance(fits)
+    # Estimates and their errors depend on each other: fixed-point steps.
+    for _ in range(6):
+        found = [balance.estimate(each, variance) for each in fits]
+        values = np.concatenate([each.values for each in found])
+        noise = np.mean(np.concatenate([each.noise for each in found]), axis=0)
+        told = noise > 1e-9
+        # The median over the unknowns of which the records tell anything.
+        share = float(np.median(np.var(values[:, told], axis=0, ddof=1) / noise[told]))
+        # The median of χ²/dof (Wilson and Hilferty) is what is expected of it.
+        variance = max(1.0, variance * share / (1.0 - 2.0 / (9.0 * (len(values) - 1))) ** 3)
+    return variance
 
 
 def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
@@ -173,13 +216,13 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
     names, n_own = signature_names(options), len(NAMES)
     stated = options.prior_deviations(records, options.n_pressure)
     leaks = 0.002 * balance.flow / np.sqrt(options.reference_pressure)
-    deviations = np.array([0.0 if name in LEAKS else stated.get(name, 0.0) for name in NAMES])
+    deviations = np.array([0.0 if name in LEAKS else stated.get(name, 0.0) for name in CAUSES])
     deviations[: len(LEAKS)] = leaks
     for name in ("gain_1", "gain_2", "position_gain"):
         deviations[PLACE[name]] = 0.005
     gain = estimates.gains.mean(axis=0)
     scatter = np.zeros((len(names), len(names)))
-    noise = np.mean(estimates.covariances @ np.swapaxes(estimates.gains, 1, 2), axis=0)
+    noise = np.mean(estimates.covariances @ np.swapaxes(estimates.gains[:, :, :n_own], 1, 2), axis=0)
     scatter[:n_own, :n_own] = _symmetric(noise)
     scatter[:n_own, :n_own] += gain @ np.diag((deviations / balance.scales) ** 2) @ gain.T
     centre = np.zeros(len(names))
@@ -188,8 +231,7 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
         scatter[place, place] = (_ANY * max(abs(centre[place]), 1e-9)) ** 2
     # ln misfit, as the variance is about 25 (`balance._CORRELATED`) times its square.
     centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
-    unbounded = np.full(n_own, np.inf)
-    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, unbounded, 1.0, 0)
+    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance)
 
 
 def _usual(balance: FaultBalance, centre: Array) -> Array:
@@ -218,7 +260,7 @@ def _daily(balance: FaultBalance) -> Array:
         "bias_1": 3e-4 * options.supply_pressure,
         "bias_2": 3e-4 * options.supply_pressure,
     }
-    return np.array([changes.get(name, 0.0) for name in NAMES]) / balance.scales
+    return np.array([changes.get(name, 0.0) for name in CAUSES]) / balance.scales
 
 
 def _symmetric(matrix: Array) -> Array:
@@ -228,5 +270,5 @@ def _symmetric(matrix: Array) -> Array:
 def _regular(scatter: Array) -> Array:
     """A scatter that can be inverted: a ten-thousandth of each variance, and of the unknowns' scales."""
     floor = np.diag(scatter) * 1e-4
-    floor[: len(NAMES)] += 0.005**2
+    floor[: len(NAMES)] += _LEAST**2
     return _symmetric(scatter) + np.diag(floor + 1e-30)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import EDGES, LEAKS, NAMES
+from hydrofdi.diagnosis.balance import CAUSES, EDGES, GAPS, LEAKS
 from hydrofdi.diagnosis.history import History
 from hydrofdi.records import Array
 
@@ -22,8 +22,8 @@ class Hypothesis:
         Name in files, what a person calls it, and the SI unit of its size.
     usual : float
         A usual size.
-    directions : ndarray, shape (n_direction, n_name)
-        Change of the true quantities per size, over the scales of the unknowns; any of them may be true.
+    directions : ndarray, shape (n_direction, n_cause)
+        Change of the true causes per size, over their scales; any of them may be true.
     free : tuple of str
         Quantities that it changes by an amount that is not known.
     advice : str
@@ -70,15 +70,19 @@ _NEEDS = {
 
 def hypotheses(history: History) -> list[Hypothesis]:
     """All faults that the sensors can show."""
-    balance, names = history.balance, history.names
+    balance, names = history.balance, history.causes
     options, (first, second) = balance.options, balance.options.areas
     at, supply, flow = options.reference_pressure, options.supply_pressure, 0.03 * balance.flow
     opening, modulus, mean = balance.largest_opening, 1.0 / options.bulk_modulus, history.value("pressure")
     friction, leak = 0.01 * supply * min(first, second), 1.0 / np.sqrt(at)
     places = np.array(balance.places)
     stroke = (places - places[0]) / (places[-1] - places[0])
-    # A flat top that covers about a third of the stroke.
-    scored = [np.exp(-(((stroke - centre) / 0.19) ** 4)) for centre in np.linspace(0.2, 0.8, 5)]
+    # Flat tops with smooth ends, of any place and some widths; a score is a hole or a gap.
+    scores = [
+        np.exp(-(((stroke - centre) / half) ** 4))
+        for half in (0.12, 0.19, 0.3)
+        for centre in np.linspace(0.1, 0.9, 7)
+    ]
     # Share of one sensor in the mean pressure.
     share = 0.5 if balance.both else 1.0
 
@@ -86,17 +90,21 @@ def hypotheses(history: History) -> list[Hypothesis]:
         made = np.zeros((len(changes), len(names)))
         for row, change in enumerate(changes):
             for place, name in enumerate(names):
-                scale = balance.scales[place] if place < len(NAMES) else 1.0
+                scale = balance.scales[place] if place < len(CAUSES) else 1.0
                 made[row, place] = change.get(name, 0.0) / scale
         return made
 
     def signs(change: Mapping[str, float]) -> Array:
         return moves(change, {name: -value for name, value in change.items()})
 
-    def worn(chamber: int, side: int) -> dict[str, float]:
+    def worn(edge: str, clearance: float) -> dict[str, float]:
+        chamber, side = EDGES[edge]
         # Rows of `CONTRASTS` are orthogonal, of length 2, so a quarter of each moves one edge alone.
         parts = {"lap": 1, "offset": side, "lap_by_feeding": chamber * side, "lap_by_chamber": chamber}
-        return {name: -0.25 * part for name, part in parts.items()}
+        # It also leaks where it is closed: a share of what it feeds more at half the supply pressure.
+        leaking = edge.replace("supply ", "feed_").replace("return ", "external_")
+        share = clearance * options.flow_gain * options.area_gradient / np.sqrt(0.5 * supply)
+        return {name: -0.25 * part for name, part in parts.items()} | {leaking: share}
 
     def sensor(chamber: int, area: float) -> tuple[Hypothesis, Hypothesis]:
         """Zero and gain of a pressure sensor; the area is positive if the pressure extends."""
@@ -116,14 +124,15 @@ def hypotheses(history: History) -> list[Hypothesis]:
         Hypothesis("seal_laminar", "piston seal (gap)", "m^3/s", flow, moves({"laminar": 1.0 / at}),
                    advice=_LEAKING),
         Hypothesis("seal_scored", "scored bore", "m^3/s", flow,
-                   moves(*(dict(zip(LEAKS, leak * part, strict=True)) for part in scored)),
+                   moves(*(dict(zip(law, scale * score, strict=True))
+                           for law, scale in ((LEAKS, leak), (GAPS, 1.0 / at)) for score in scores)),
                    advice="move slowly over the stroke and look where the piston drifts"),
         Hypothesis("external_1", "external leak, chamber 1", "m^3/s", flow, moves({"external_1": 1.0 / at}),
                    ("pressure",), _OUTSIDE),
         Hypothesis("external_2", "external leak, chamber 2", "m^3/s", flow, moves({"external_2": 1.0 / at}),
                    ("pressure",), _OUTSIDE),
         Hypothesis("worn_edge", "worn metering edge", "m", 0.05 * opening,
-                   moves(*(worn(*each) for each in EDGES.values())), ("pressure",),
+                   moves(*(worn(edge, share) for edge in EDGES for share in (0.0, 0.3, 1.0))), ("pressure",),
                    "measure the null leakage of the valve"),
         Hypothesis("null_shift", "null shift of the valve", "m", 0.03 * opening, signs({"offset": 1.0}),
                    advice="adjust the null; watch whether it shifts on"),

@@ -218,11 +218,11 @@ class ChangePointModel:
         """Onset, place in `LAWS` and prior of each change; onsets are evenly spread, also over a gap."""
         time, last = self.time, self.n_point - AFTER
         onsets, laws = [], []
-        for place, law in enumerate(LAWS):
+        for index, law in enumerate(LAWS):
             # A step needs as many points before it as after it; a growth may begin with the series.
             own = _between(time[AFTER - 1 if law.name == "sudden" else 0 : last + 1])
             onsets.append(own if law.name == "sudden" else np.concatenate([time[:1], own]))
-            laws.append(np.full(onsets[-1].size, place))
+            laws.append(np.full(onsets[-1].size, index))
         priors = [np.full(own.size, law.prior / own.size) for own, law in zip(onsets, LAWS, strict=True)]
         return np.concatenate(onsets), np.concatenate(laws), np.concatenate(priors)
 

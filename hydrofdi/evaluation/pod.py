@@ -409,9 +409,9 @@ def _cells(expected: Array, total: Array) -> np.ndarray:
     """Cell of each level, shape (n_level,), formed from below; the remainder joins the last cell."""
     size = total.sum() if total.size > MOST_CELLS else 0.0
     cells, cell, hits, count = np.empty(total.size, dtype=int), 0, 0.0, 0.0
-    for place in range(total.size):
-        cells[place] = cell
-        hits, count = hits + expected[place], count + total[place]
+    for index in range(total.size):
+        cells[index] = cell
+        hits, count = hits + expected[index], count + total[index]
         # A flat curve expects whole numbers, up to the accuracy of its fit.
         if round(min(hits, count - hits), 6) >= SMALLEST_EXPECTED and count * MOST_CELLS >= size:
             cell, hits, count = cell + 1, 0.0, 0.0

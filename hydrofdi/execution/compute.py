@@ -182,6 +182,7 @@ def insert(
     """Put the numbers of some rows in their places; those of different shapes lie in the largest."""
     for name, values in part.items():
         whole = columns.get(name)
+        # Batches may differ in their number of levels or phases: the largest holds all, NaN elsewhere.
         sizes = np.maximum(values.shape[1:], whole.shape[1:] if whole is not None else 0)
         shape = (n_job, *np.atleast_1d(sizes).astype(int)[: values.ndim - 1])
         is_text = values.dtype == object
@@ -309,6 +310,7 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
     parameters = [job.parameters for job in jobs]
     coefficients = np.array([job.leakage_coefficient for job in jobs], dtype=float)
     sensors = Measurement(parameters)
+    # A run whose leak is unreachable (NaN) is simulated sealed beside the others, and then marked as failed.
     trajectory = simulate(parameters, np.nan_to_num(coefficients).tolist(), tap=sensors)
     trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(jobs, trajectory))
     measured = sensors.show(trajectory)
@@ -404,12 +406,14 @@ def batch_shape(job: Job) -> Hashable:
 
 
 def _most_jobs(n_sample: int, most_samples: int) -> int:
+    # Whole lanes, so that no lane of the kernel idles.
     return max(WIDTH, min(_LARGEST_BATCH, most_samples // n_sample // WIDTH * WIDTH))
 
 
 def _batch_size(n_job: int, largest: int, workers: int) -> int:
     if n_job <= workers * WIDTH:
         return max(1, -(-n_job // workers))
+    # −(−a // b) rounds up in integers.
     even = -(-n_job // (workers * _BATCHES_PER_WORKER))
     return min(largest, -(-even // WIDTH) * WIDTH)
 

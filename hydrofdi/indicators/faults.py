@@ -150,6 +150,9 @@ CAUSES = (
     "is a sign, the zero of the position or a constant of the actuator wrong, or are two channels swapped?"
 )
 
+OF_LEAKS = ("misfit", "unexplained", "incompressible")
+"""Kinds of doubts that a leak of another law than the model's raises itself."""
+
 POSITIVE = (0.0, None)
 """Possible values of a quantity that can only be positive."""
 
@@ -192,20 +195,25 @@ def doubts_of(
         low, high = (
             end if given is None else given for given, end in zip(output.possible, _ANY, strict=True)
         )
-        high = (fits or {}).get(prefix + output.name, high)
+        learned = (fits or {}).get(prefix + output.name, high)
         value, slack = own[output.name], _DEVIATIONS * own[output.error] if output.error else 0.0
-        is_possible = ~(value > high) if output.is_fit else (value >= low - slack) & (value <= high)
+        is_possible = ~(value > learned) if output.is_fit else (value >= low - slack) & (value <= high)
         for row in np.flatnonzero(is_measured & ~is_possible).tolist():
-            found[row].append(_doubt(output, float(value[row]), high, prefix))
+            found[row].append(_doubt(output, float(value[row]), high, learned, prefix))
     return [tuple(each) for each in found]
 
 
-def _doubt(output: Output, value: float, high: float, prefix: str) -> Issue:
+def _doubt(output: Output, value: float, high: float, learned: float, prefix: str) -> Issue:
     name, shown = prefix + output.name, shown_quantity(value, output.unit)
     if output.is_fit:
-        text = f"{name} = {shown} exceeds {high:.3g}: the model does not explain these records"
-        text += ", or its option 'error' is too small for their sensors" * (output.name == "misfit")
-        return Issue(text, name, kind="unexplained" if value > _UNEXPLAINED * high else "misfit")
+        limit = f"{learned:.3g}" + " of all healthy windows" * (learned > high)
+        text = f"{name} = {shown} exceeds {limit}: the model does not explain these records"
+        if output.name == "misfit" and learned == high:
+            text += ", or its option 'error' is too small for their sensors"
+        return Issue(text, name, kind="unexplained" if value > _UNEXPLAINED * learned else "misfit")
+    if value > high:
+        causes = "is there a large leak, or is a volume wrong?"
+        return Issue(f"{name}: no compressibility is visible; {causes}", name, kind="incompressible")
     if output.is_positive and not value > 0.0:
         return Issue(f"{name} is not positive: {CAUSES}", name, kind="not_positive")
     return Issue(f"{name} = {shown} is physically impossible: {CAUSES}", name, kind="impossible")

@@ -45,10 +45,17 @@ def assumption_text(label: str, names: Sequence[str]) -> str:
     )
 
 
+_IF_STATED = {
+    "position_zero": "", "null_leakage": "m^3/s", "supply_pressure": "Pa", "error": "m^3",
+    "pressure_bias": "Pa",
+}  # fmt: skip
+"""Constants that nobody misses if they are not stated → SI unit."""
+
+
 def sheet_constants(options: Section) -> dict[str, str]:
     """What the indicator takes from a data sheet, if it is not stated: constant → its SI unit."""
-    zero = {"position_zero": ""} if isinstance(options, DataSheet) else {}
-    return plant_constants(options) | zero
+    own = type(options).model_fields
+    return plant_constants(options) | {name: unit for name, unit in _IF_STATED.items() if name in own}
 
 
 def from_sheet(options: Section, sheet: Mapping[str, Any]) -> dict[str, Any]:

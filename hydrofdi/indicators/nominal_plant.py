@@ -10,11 +10,15 @@ from pydantic import Field, model_validator
 
 from hydrofdi.indicators.estimation.plant import Plant, spool_transition
 from hydrofdi.indicators.nominal_actuator import NominalActuator, PlantConstant
+from hydrofdi.physics.valve import clearance_conductance
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.data_sheet import MachineSheet
 from hydrofdi.settings.quantities import SI
 
 Share = Annotated[float, SI("1", least=0, most=1e3)]
+
+_USUAL_LEAKAGE = 0.03
+"""Null leakage over rated flow of a valve of which neither is stated: the order of catalogue limits."""
 
 _SUPPLY = {"measured": 2e-3, "sum": 0.02, "nominal": 0.04}
 
@@ -43,8 +47,9 @@ class UncertainActuator(NominalActuator):
     lap_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.6e-6
     """Standard deviation of the lap x_0 of the valve, about zero [m]."""
 
-    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14
-    """Standard deviation of the conductance of the clearance at each valve edge [m³/(s·Pa)]."""
+    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] | None = None
+    """Standard deviation of the conductance of the clearance at each valve edge, about zero [m³/(s·Pa)]; by
+    default that of the null leakage, q_0/(P_s − P_r)."""
 
     edge_gain_deviation: Share = 0.03
     """Standard deviation of the gain of each metering edge relative to the others [-]."""
@@ -68,6 +73,14 @@ class UncertainActuator(NominalActuator):
         """Standard deviation of β [Pa], from the one that assumes nominal chamber volumes."""
         return np.asarray(np.hypot(error, self.chamber_volume_deviation * modulus))
 
+    @property
+    def largest_clearance(self) -> float:
+        """Conductance of the clearance at each edge of a valve with the largest null leakage [m³/(s·Pa)]."""
+        if self.clearance_deviation is not None:
+            return self.clearance_deviation
+        flow = _USUAL_LEAKAGE * self.rated_flow if self.null_leakage is None else self.null_leakage
+        return clearance_conductance(flow, self.supply_pressure, self.return_pressure)
+
     def prior_deviations(self, records: RecordBatch, n_pressure: int) -> dict[str, float]:
         """Unknown → prior standard deviation; infinite for K_i. Known parameters are omitted."""
         usual = _SUPPLY[self.supply_known_by(records)]
@@ -78,7 +91,7 @@ class UncertainActuator(NominalActuator):
             "supply": usual if self.supply_deviation is None else self.supply_deviation,
             "offset": self.offset_deviation,
             "lap": self.lap_deviation,
-            "clearance": self.clearance_deviation,
+            "clearance": self.largest_clearance,
             "bias_1": self.pressure_bias,
             "bias_2": self.pressure_bias if n_pressure == 2 else 0.0,
             "return_pressure": self.return_deviation,
@@ -106,6 +119,9 @@ class NominalPlant(UncertainActuator, MachineSheet):
 
     load_stiffness: Annotated[float, SI("N/m", least=0, most=1e12), PlantConstant()] = 150e3
     """Stiffness K_ex of the spring that loads the piston [N/m]."""
+
+    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14
+    """Standard deviation of the conductance of the clearance at each valve edge [m³/(s·Pa)]."""
 
     friction: Literal["random_walk", "model"] = "random_walk"
     """Resisting force on the piston. ``random_walk``: an estimated force for friction and load together.

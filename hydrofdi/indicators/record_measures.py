@@ -18,7 +18,7 @@ from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 
 
 @dataclass(frozen=True)
-class Column:
+class MeasuredOutput:
     """An output of an indicator.
 
     Attributes
@@ -99,7 +99,7 @@ def used_channels(indicators: Indicators) -> frozenset[Channel]:
 
 def measure_sources(
     sources: Sequence[RecordSource], indicators: Indicators
-) -> tuple[tuple[Column, ...], Iterator[RecordMeasures]]:
+) -> tuple[tuple[MeasuredOutput, ...], Iterator[RecordMeasures]]:
     """Columns, and an iterator over the records of all sources; one batch is in memory at a time."""
     batches = ((source, batch) for source in sources for batch in source.batches(labels=True))
     leading = []
@@ -111,16 +111,20 @@ def measure_sources(
     return columns, _measured(chain(leading, batches), indicators, columns)
 
 
-def _columns(indicators: Indicators, records: RecordBatch) -> tuple[Column, ...]:
+def _columns(indicators: Indicators, records: RecordBatch) -> tuple[MeasuredOutput, ...]:
     return tuple(
-        Column(label, output, output_unit(indicator, output, records), tuple(sorted(indicator.channels)))
+        MeasuredOutput(
+            label, output, output_unit(indicator, output, records), tuple(sorted(indicator.channels))
+        )
         for label, indicator in indicators.items()
         for output in indicator.outputs
     )
 
 
 def _measured(
-    batches: Iterator[tuple[RecordSource, RecordBatch]], indicators: Indicators, columns: Sequence[Column]
+    batches: Iterator[tuple[RecordSource, RecordBatch]],
+    indicators: Indicators,
+    columns: Sequence[MeasuredOutput],
 ) -> Iterator[RecordMeasures]:
     used = used_channels(indicators)
     for source, batch in batches:
@@ -136,7 +140,7 @@ def _measured(
 
 
 def _require_same_units(
-    source: RecordSource, batch: RecordBatch, indicators: Indicators, columns: Sequence[Column]
+    source: RecordSource, batch: RecordBatch, indicators: Indicators, columns: Sequence[MeasuredOutput]
 ) -> None:
     for first, now in zip(columns, _columns(indicators, batch), strict=True):
         if batch.n_record and first.unit != now.unit:
@@ -176,7 +180,7 @@ def samples_digest(batch: RecordBatch, row: int) -> bytes:
     return digest.digest()
 
 
-def _rejected(batch: RecordBatch, columns: Sequence[Column]) -> Iterator[RecordMeasures]:
+def _rejected(batch: RecordBatch, columns: Sequence[MeasuredOutput]) -> Iterator[RecordMeasures]:
     for record in batch.rejected:
         reasons = dict.fromkeys((column.label for column in columns), record.remark.message)
         place = record.record_id, record.source, record.group, record.label

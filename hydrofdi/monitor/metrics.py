@@ -24,8 +24,8 @@ from hydrofdi.version import __version__
 
 Metric = TypeVar("Metric", Counter, Gauge, Info, Enum)
 
-_PATIENCE = 3.0
-"""Longest time that a client gets [s]."""
+_PATIENCE = 1.0
+"""Longest time that a client gets, while up to five others wait [s]; a usual scrape waits for 10 s."""
 
 
 class MetricsServer:

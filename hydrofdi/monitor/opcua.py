@@ -26,7 +26,7 @@ from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
 from hydrofdi.monitor.sources import Position, StreamSource, joined
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.columns import Column, factor_to_si
+from hydrofdi.records.columns import ReadColumn, factor_to_si
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.settings.messages import counted
@@ -271,7 +271,7 @@ def _loaded(key: str, config: OpcUaConfig) -> Any:
         return (x509.load_pem_x509_certificate if is_pem else x509.load_der_x509_certificate)(content)
 
 
-def _column(channel: Channel, config: ChannelConfig) -> Column:
+def _column(channel: Channel, config: ChannelConfig) -> ReadColumn:
     where = f"channels.{channel}"
     try:
         ua.NodeId.from_string(config.column)
@@ -279,7 +279,7 @@ def _column(channel: Channel, config: ChannelConfig) -> Column:
         raise ConfigError(f"{where}: {config.column!r} is not a node id such as 'ns=2;s=P1'") from None
     if not config.unit:
         raise ConfigError(f"{where}: write the 'unit' of the node, such as bar")
-    return Column(0, config.column, config, config.unit, factor_to_si(config.unit, channel.unit, where))
+    return ReadColumn(0, config.column, config, config.unit, factor_to_si(config.unit, channel.unit, where))
 
 
 def _node_values(data: ua.DataValue, channel: int, period: float, arrival: float) -> list[NodeValue]:

@@ -16,7 +16,7 @@ from hydrofdi.monitor.connections import needing_extra
 from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.machines import Kind, SourceOf
-from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.monitor.sources import StreamSource, printable
 from hydrofdi.records.streams import Event
 from hydrofdi.settings.messages import similar
 
@@ -143,7 +143,7 @@ class Sources:
             places = sorted(glob(f"{escape(before)}*{escape(after)}")) if wildcard else [pattern.text]
             for place in places:
                 if (name := pattern.name_in(place)) is not None and not Path(place).is_dir():
-                    yield name, place
+                    yield printable(name), place
 
     def _file(self, path: str, kind: Kind) -> StreamSource:
         needed, is_resumed = kind.file.channels, self._is_resumed

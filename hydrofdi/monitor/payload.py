@@ -14,7 +14,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import joined, malformed
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.columns import Column, Titled, columns_of, split_title
+from hydrofdi.records.columns import ReadColumn, Titled, columns_of, split_title
 from hydrofdi.records.description import is_counts
 from hydrofdi.records.rows import runs
 from hydrofdi.records.streams import Chunk
@@ -96,7 +96,7 @@ class PayloadReader(Lines):
     """JSON → samples in SI."""
 
     _known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
-    _columns: tuple[Column | None, dict[Channel, Column]] = None, {}
+    _columns: tuple[ReadColumn | None, dict[Channel, ReadColumn]] = None, {}
 
     def read(self, payload: bytes) -> Chunk:
         """The samples of a payload: one JSON object, or one on each line."""
@@ -162,7 +162,7 @@ class PayloadReader(Lines):
             raise PayloadError("has no time stamp; add 'time' [s]")
         return Chunk(times, in_si)
 
-    def _instants(self, time: Column, found: Mapping[str, Any], n_time: int) -> Array:
+    def _instants(self, time: ReadColumn, found: Mapping[str, Any], n_time: int) -> Array:
         """Instants of the samples of an object [s], shape (n_time,)."""
         times = self._times(time, found[time.title])
         if times.size == 1 and _FREQUENCY in found:
@@ -173,7 +173,7 @@ class PayloadReader(Lines):
             raise PayloadError(f"has {stamps} for {counted(n_time, 'sample')}, and no '{_FREQUENCY}'")
         return times
 
-    def _columns_of(self, found: Mapping[str, Any]) -> tuple[Column | None, dict[Channel, Column]]:
+    def _columns_of(self, found: Mapping[str, Any]) -> tuple[ReadColumn | None, dict[Channel, ReadColumn]]:
         """The columns that keys mean; those of the last object are cached."""
         keys = tuple(found)
         dated = tuple(place for place, value in enumerate(found.values()) if _is_text(value))
@@ -194,7 +194,7 @@ class PayloadReader(Lines):
             self._known = keys, dated
         return self._columns
 
-    def _times(self, column: Column, value: Any) -> Array:
+    def _times(self, column: ReadColumn, value: Any) -> Array:
         """Instants [s] from numbers or dates, shape (n_time,)."""
         if not _is_text(value):
             return column.in_si(_numbers(column.title, _listed(value)))
@@ -207,7 +207,7 @@ class PayloadReader(Lines):
 
 def stream_columns(
     header: Titled, config: MonitorConfig, needed: Collection[Channel], *, has_clock: bool
-) -> tuple[Column | None, dict[Channel, Column]]:
+) -> tuple[ReadColumn | None, dict[Channel, ReadColumn]]:
     """The column of time of a stream, and those of its channels; a clock is preferred to dates."""
     channels = columns_of(header, config.channels, needed)
     for channel, column in channels.items():

@@ -15,6 +15,11 @@ Position = Mapping[str, Any]
 """Where a source continues after a restart: small, and valid as JSON. Empty if it cannot go back."""
 
 
+def printable(name: str) -> str:
+    """The name of a file with bytes that are not UTF-8 as escapes, so that logs and states can hold it."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+
+
 class StreamSource:
     """A stream of samples. One thread calls its methods; sockets, event loops and other threads are its own.
 
@@ -42,7 +47,7 @@ class StreamSource:
     address: Address | None = None
 
     def __init__(self, name: str, events: deque[Event] | None = None) -> None:
-        self.name = name
+        self.name = printable(name)
         self.events: deque[Event] = deque() if events is None else events
 
     def open(self, position: Position) -> None:

@@ -81,7 +81,10 @@ class StateStore:
         if row is None:
             return None
         source, detector, position, body = row
-        return StoredMachine(source, detector, json.loads(position), _unpacked(body))
+        try:
+            return StoredMachine(source, detector, dict(json.loads(position)), _unpacked(body))
+        except (ValueError, TypeError):  # a forged row has the right checksum
+            raise self._damage from None
 
     def read_log(self) -> Position:
         """Where the log continues; empty at the first start."""
@@ -96,8 +99,8 @@ class StateStore:
             insert = "insert or replace into machine values (?, ?, ?, ?, ?, ?)"
             for name, each in machines.items():  # one after the other, as many together need memory
                 body, position = _packed(each.state), json.dumps(dict(each.position))
-                row = name, each.source, each.detector, position, body, crc32(body)
-                database.execute(insert, row)
+                row = name, each.source, each.detector, position, body
+                database.execute(insert, (*row, _checksum(*row)))
             database.execute("delete from log")
             database.execute("insert into log values (?)", (json.dumps(dict(log)),))
 
@@ -124,9 +127,13 @@ class StateStore:
                     f"{self.path}: is that of partition {partition}, not of {self._partition}; start all"
                     " partitions with new states, once those before have caught up"
                 )
-            for body, checksum in database.execute("select state, checksum from machine"):
-                if checksum != crc32(body):
-                    raise StoreError(f"{self.path}: is damaged; remove it to start from scratch")
+            for *row, checksum in database.execute("select * from machine"):
+                if checksum != _checksum(*row):
+                    raise self._damage
+
+    @property
+    def _damage(self) -> StoreError:
+        return StoreError(f"{self.path}: is damaged; remove it to start from scratch")
 
     @contextmanager
     def _troubles(self, what: str) -> Iterator[None]:
@@ -134,6 +141,11 @@ class StateStore:
             yield
         except sqlite3.DatabaseError as error:
             raise StoreError(f"{self.path}: cannot be {what}: {reason(error)}") from None
+
+
+def _checksum(name: str, source: str, detector: str, position: str, state: bytes) -> int:
+    """Of a row without its checksum."""
+    return crc32(state, crc32(repr((name, source, detector, position)).encode()))
 
 
 def _packed(state: State) -> bytes:

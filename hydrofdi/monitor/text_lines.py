@@ -11,7 +11,7 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.payload import Lines, PayloadReader, SampleClock, stream_columns
 from hydrofdi.monitor.sources import Position, joined
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.columns import Column
+from hydrofdi.records.columns import ReadColumn
 from hydrofdi.records.rows import HEAD_HINT, RowReader, require_text, wrong_encoding
 from hydrofdi.records.streams import Chunk
 from hydrofdi.records.times import is_dated, unix_seconds
@@ -29,8 +29,8 @@ class CsvLines(Lines):
     ) -> None:
         super().__init__(config, clock, needed, name)
         self._rows = RowReader(config.format, [], name)
-        self._channels: dict[Channel, Column] = {}
-        self._time: Column | None = None
+        self._channels: dict[Channel, ReadColumn] = {}
+        self._time: ReadColumn | None = None
         self._has_begun = self._has_names = False
 
     def block(self, lines: Sequence[str]) -> Chunk:

@@ -272,6 +272,26 @@ def edge_flow(
     return flow
 
 
+def clearance_conductance(null_leakage: float, supply: float, ret: float) -> float:
+    """Conductance of the clearance at each edge of a valve with a null leakage.
+
+    At null, supply and return edge of a chamber are in series, and the two chambers in parallel.
+
+    Parameters
+    ----------
+    null_leakage : float
+        Flow q_0 from supply to return with the spool at its null and closed control ports [m³/s].
+    supply, ret : float
+        P_s and P_r [Pa].
+
+    Returns
+    -------
+    float
+        c_lap = q_0/(P_s − P_r) [m³/(s·Pa)].
+    """
+    return null_leakage / (supply - ret)  # (7g)
+
+
 @equation
 def worn_opening(travel: Quantity, rounding: Quantity, slope: Quantity) -> Quantity:
     """Opening of a rounded metering edge whose flow gain changes over the stroke.

@@ -16,7 +16,7 @@ from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.description import ChannelConfig, is_counts, known_unit, unit_mistake
 from hydrofdi.settings.messages import listed, nearest
-from hydrofdi.units import ZEROS, Unit, parse_unit, similar_units
+from hydrofdi.units import Unit, parse_unit, similar_units, zero_of
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 MOST_SHOWN = 12
@@ -123,7 +123,7 @@ def damage_named(what: str) -> Iterator[None]:
 
 
 @dataclass(frozen=True)
-class Column:
+class ReadColumn:
     """A column that is used, at a position among the titles, with its gain, offset and sign.
 
     The unit is that after the gain, empty for dates; the factor leads to SI: one for counts, None for dates.
@@ -144,12 +144,12 @@ class Column:
             values = values if config.gain is None else config.gain * values
             values = values + config.offset if config.offset else values
             values = scaled(-values if config.sign < 0 else values, self.factor)
-            return values + ZEROS[self.unit] if self.unit in ZEROS else values
+            return values + zero if (zero := zero_of(self.unit)) else values
 
 
 def columns_of(
     table: Titled, configured: Mapping[Channel, ChannelConfig], needed: Collection[Channel] = ()
-) -> dict[Channel, Column]:
+) -> dict[Channel, ReadColumn]:
     """The columns of channels, as configured, or else by their names and units.
 
     A channel under its full name, such as ``chamber_1_pressure``, is in SI if no unit is stated. A column of
@@ -187,12 +187,12 @@ def channels_named(table: Titled) -> dict[Channel, int]:
     return found
 
 
-def column_at(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> Column:
+def column_at(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> ReadColumn:
     """A column in a unit of the dimension of `si_unit`; `header` is the unit that the source states."""
     title = table.titles[position]
     where = f"{table.place}: column {title[:60]!r}"
     unit = _agreed_unit(config, header or ("" if config.unit else unit_by_name(title)), where)
-    return Column(position, title, config, unit, factor_to_si(unit, si_unit, where))
+    return ReadColumn(position, title, config, unit, factor_to_si(unit, si_unit, where))
 
 
 def channel_named(title: str, unit: str, more: Mapping[str, Channel] = {}) -> Channel | None:
@@ -306,12 +306,12 @@ def scaled(values: Array, factor: Fraction) -> Array:
     return product if denominator == 1 else product / float(denominator)
 
 
-def _meaning(unit: str) -> Unit | str | None:
-    return "counts" if is_counts(unit) else known_unit(unit)
+def _meaning(unit: str) -> tuple[Unit | str | None, float]:
+    return "counts" if is_counts(unit) else known_unit(unit), zero_of(unit)
 
 
-def _readings(unit: str, header: str) -> set[Unit | str | None]:
+def _readings(unit: str, header: str) -> set[tuple[Unit | str | None, float]]:
     """What a header's unit may mean, if it is not known: units like it, of the dimension of `unit`."""
     if is_unit(header):
         return {_meaning(header)}
-    return {parse_unit(each) for each in similar_units(header, unit)} if known_unit(unit) else set()
+    return {_meaning(each) for each in similar_units(header, unit)} if known_unit(unit) else set()

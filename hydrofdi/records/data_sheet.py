@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
@@ -101,6 +101,10 @@ class DataSheet(Section):
     ] = 0.7
     """Damping ratio ξ of the spool [-], for ``spool: command``."""
 
+    null_leakage: Annotated[float, SI("m^3/s", least=0, most=1.0)] | None = None
+    """Largest null leakage q_0 of the valve at the supply pressure, as its data sheet states it [m³/s], for
+    balances; by default 3 % of the flow at 10 V and 35 bar per edge."""
+
     supply_pressure: Annotated[
         float, SI("Pa", least=1e4, most=2e8), PlantConstant("supply", ("nominal",), "supply.pressure")
     ] = 17.2e6
@@ -119,6 +123,11 @@ class DataSheet(Section):
     def areas(self) -> tuple[float, float]:
         """Piston areas of both chambers [m²]."""
         return self.piston_area, self.piston_area if self.piston_area_2 is None else self.piston_area_2
+
+    @property
+    def rated_flow(self) -> float:
+        """Flow of the valve at 10 V and 35 bar per edge [m³/s]."""
+        return self.flow_gain * self.area_gradient * self.spool_gain * 10.0 * math.sqrt(35e5)
 
     @property
     def volumes(self) -> tuple[float, float]:
@@ -198,11 +207,22 @@ class MachineSheet(DataSheet):
     friction_transition: Annotated[float, SI("s/m", least=0), _of_friction("transition")] = 40.0
     """Coefficient c_v of the transition from breakaway to Coulomb friction [s/m], for ``friction: model``."""
 
+
+class StatedMachine(MachineSheet):
+    """Data sheet of a machine, and how wrong a balance of it may be."""
+
+    error: Annotated[float, SI("m^3", above=0)] | None = None
+    """Standard deviation of the residual of a window's balance [m³]; by default that of the indicator."""
+
+    pressure_bias: Annotated[float, SI("Pa", least=0, most=2e8)] | None = None
+    """Standard deviation of the constant error of each pressure sensor [Pa]; by default that of the
+    indicator."""
+
     @property
     def given(self) -> dict[str, Any]:
         """Option of an indicator → its value, for all that is stated."""
         return {
-            name: getattr(self, name) for name in MachineSheet.model_fields if name in self.model_fields_set
+            name: getattr(self, name) for name in StatedMachine.model_fields if name in self.model_fields_set
         }
 
 
@@ -212,14 +232,20 @@ def is_other(one: Any, other: Any) -> bool:
     return not math.isclose(one, other, rel_tol=1e-3) if are_numbers else bool(one != other)
 
 
-def data_sheet_lines() -> Iterator[str]:
-    """A description's section for a data sheet with the numbers of the paper, as comments."""
+def data_sheet_lines(values: Mapping[str, Any]) -> Iterator[str]:
+    """A description's section for a data sheet."""
+    yield "actuator:"
+    for name, value in values.items():
+        quantity = field_quantity(StatedMachine.model_fields[name])
+        shown = shown_quantity(value, quantity.unit) if quantity and isinstance(value, float) else value
+        yield f"  {name}: {'null' if shown is None else shown}"
+
+
+def usual_sheet_lines() -> Iterator[str]:
+    """The same with the numbers of the paper, as comments."""
     yield "# for balances and observers: your data sheet; these are the numbers of another machine"
-    yield "# actuator:"
-    for name, info in MachineSheet.model_fields.items():
-        quantity = field_quantity(info)
-        shown = shown_quantity(info.default, quantity.unit) if quantity and info.default is not None else ""
-        yield f"#   {name}: {shown or info.default or 'null'}"
+    usual = {name: info.default for name, info in StatedMachine.model_fields.items()}
+    yield from (f"# {line}" for line in data_sheet_lines(usual))
 
 
 PLANT_PARAMETERS = {

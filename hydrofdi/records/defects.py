@@ -13,7 +13,13 @@ from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array, Channel, RejectedRecord
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.recording import Recording
-from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
+from hydrofdi.records.stuck import (
+    frozen_stretch,
+    frozen_time,
+    is_ideal_rail,
+    must_change,
+    update_rate,
+)
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import ABOVE, BELOW, parse_quantity
@@ -44,6 +50,7 @@ def hum_share(samples: Array, sampling_frequency: float, mains: float) -> float:
     power = _spectrum(samples - samples.mean()) ** 2
     step = sampling_frequency / samples.size
     frequency = np.arange(power.size) * step
+    # A Hann window spreads a line over two bins to each side; the excess keeps the bin at the edge.
     width = 2.000001 * step
     at_line = np.zeros(power.size, dtype=bool)
     for harmonic in steady.tolist():
@@ -63,6 +70,7 @@ def _are_steady(
     # some parts at a time, because together they take many times the memory of the samples
     some = np.array_split(parts, max(1, len(parts) // _PARTS_AT_ONCE))
     spectra = (_spectrum(each - each.mean(axis=1, keepdims=True))[:, places] for each in some)
+    # The first quartile, not the minimum: clipping may hide the line in some parts.
     low, median = np.quantile(np.concatenate([*spectra]), [0.25, 0.5], axis=0)
     steady: NDArray[np.bool_] = low > _STEADY * median
     return steady
@@ -121,6 +129,15 @@ def _of_channel(
         text = f"{channel} does not change for {frozen:.3g} s while the pressures do"
         yield Issue(text, channel, kind="stuck", is_unusable=True)
         return
+    frequency = recording.sampling_frequency
+    if (stretch := frozen_stretch(channel, recording.channels, frequency)) is not None:
+        begin, end = (recording.start_time + each / frequency for each in (stretch.start, stretch.stop))
+        text = f"{channel} does not change from {begin:.6g} to {end:.6g} s, but does otherwise"
+        yield Issue(text, channel, kind="stuck", is_unusable=True)
+        return
+    if rate := update_rate(samples, np.arange(samples.size) / frequency):
+        text = f"{channel} is updated at {rate:.3g} Hz, not {frequency:g} Hz: nothing above {rate / 2:.3g} Hz"
+        yield Issue(text, channel, kind="held")
     if np.ptp(samples) == 0.0:
         if not is_ideal_rail(channel, float(samples[0])):
             is_unusable = must_change(channel) or channel is Channel.SUPPLY_PRESSURE
@@ -300,6 +317,7 @@ def _distances(values: Array) -> Array:
     if finite.size < _FEWEST:
         return np.zeros(values.size)
     middle = np.median(finite)
+    # Median absolute deviation: the outliers that are looked for do not widen it.
     spread = _TO_DEVIATION * float(np.median(np.abs(finite - middle)))
     away, least = np.nan_to_num(np.abs(values - middle)), 1e-9 * np.abs(finite).max()
     return np.asarray(np.divide(away, spread, out=np.zeros(values.size), where=spread > least))

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.data_sheet import MachineSheet
+from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.yaml_source import Source
@@ -256,7 +256,7 @@ class SamplesConfig(Section):
     time: TimeConfig | None = None
     """Column of sampling instants; either this or `sampling_frequency`."""
 
-    actuator: MachineSheet = MachineSheet()
+    actuator: StatedMachine = StatedMachine()
     """Data sheet of the machine, which indicators that need it use, unless their options state otherwise."""
 
     format: FormatConfig = FormatConfig()

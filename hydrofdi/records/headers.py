@@ -7,6 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 from textwrap import indent
 
+import numpy as np
+
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.columns import (
@@ -20,7 +22,7 @@ from hydrofdi.records.columns import (
     split_title,
     unit_by_name,
 )
-from hydrofdi.records.data_sheet import data_sheet_lines
+from hydrofdi.records.data_sheet import usual_sheet_lines
 from hydrofdi.records.description import (
     ChannelConfig,
     FormatConfig,
@@ -29,8 +31,17 @@ from hydrofdi.records.description import (
     known_unit,
 )
 from hydrofdi.records.opening import open_table
+from hydrofdi.records.stuck import update_rate
 from hydrofdi.records.text import TextTable
-from hydrofdi.records.times import counts_samples, named_time, time_column, titles_of_time
+from hydrofdi.records.times import (
+    counts_samples,
+    likely_unit,
+    named_time,
+    require_seconds,
+    sampling_of_times,
+    time_column,
+    titles_of_time,
+)
 from hydrofdi.units import parse_unit, similar_units
 
 _SUGGESTED = {
@@ -108,6 +119,8 @@ def _time_in(table: Table, file: Path) -> int:
         raise DataError(f"{file}: {message}")
     if _is_counter(table, time.position):
         raise DataError(f"{file}: column {time.title!r} counts the samples and is not a time")
+    if not (table.unit(time.position) or table.is_dated(time.position)):
+        require_seconds(table.numbers(time.position), f"{file}: column {time.title[:60]!r}")
     return time.position
 
 
@@ -123,7 +136,7 @@ def suggested_description(file: Path, pattern: str, sampling_frequency: float | 
         skip, table = _below_preamble(file)
     except RejectionError as rejection:
         raise DataError(f"{file}: {rejection}") from None
-    return "\n".join([_suggestion(pattern, skip, table, sampling_frequency), *data_sheet_lines()]) + "\n"
+    return "\n".join([_suggestion(pattern, skip, table, sampling_frequency), *usual_sheet_lines()]) + "\n"
 
 
 def _below_preamble(file: Path) -> tuple[int, Table]:
@@ -157,6 +170,8 @@ def _suggestion(pattern: str, skip: int, table: Table, sampling_frequency: float
     form = ["decimal: ','"] * table.has_decimal_commas + [f"skip: {skip}"] * bool(skip)
     keys = [f"files: {pattern!r}", f"format: {{{', '.join(form)}}}"] if form else [f"files: {pattern!r}"]
     keys += [f"sampling_frequency: {sampling_frequency:g} Hz" if sampling_frequency else sampling]
+    if time is not None and not sampling_frequency:
+        keys += _resampling(table, time)
     keys += (
         [f"# other columns: {', '.join(left[:MOST_SHOWN])}{', …' * (len(left) > MOST_SHOWN)}"] if left else []
     )
@@ -173,12 +188,36 @@ def _sampling(table: Table) -> tuple[int | None, str]:
         return None, "sampling_frequency: …"
     if table.is_dated(time):
         return time, f"time: {{column: {split_title(table.titles[time])[0]!r}}}"
-    return time, f"time: {_column(table, time, 's')}"
+    likely = ""
+    if not table.unit(time):
+        with suppress(DataError):
+            likely = likely_unit(table.numbers(time))
+    return time, f"time: {_column(table, time, 's', likely)}"
 
 
-def _column(table: Table, position: int, si_unit: str) -> str:
+def _resampling(table: Table, time: int) -> list[str]:
+    """The line that makes uneven records even, with how often channels are really updated."""
+    with suppress(DataError, RejectionError, ZeroDivisionError):
+        unit = table.unit(time) or likely_unit(table.numbers(time))
+        times = table.instants(time)[0]
+        times = times if table.is_dated(time) else times * float(parse_unit(unit).factor)
+        config = MeasuredConfig(files=("…",))
+        if any(each.is_unusable for each in sampling_of_times(times, config, table)[1]):
+            rates = list[str]()
+            for position, title in enumerate(table.titles):
+                if channel_named(title, table.unit(position), _CHANNELS):
+                    rate = update_rate(table.numbers(position), times)
+                    rates += (
+                        [f"{shortened(split_title(title)[0])} is updated at {rate:.3g} Hz"] if rate else []
+                    )
+            rate = float(f"{1.0 / float(np.median(np.diff(times))):.3g}")
+            return [f"resample: {rate:g} Hz" + f"  # {'; '.join(rates)}" * bool(rates)]
+    return []
+
+
+def _column(table: Table, position: int, si_unit: str, likely: str = "") -> str:
     title = shortened(split_title(table.titles[position])[0])
-    header = table.unit(position) or unit_by_name(table.titles[position])
+    header = table.unit(position) or likely or unit_by_name(table.titles[position])
     similar = similar_units(header, si_unit)
     unit = header if is_unit(header) else similar[0] if len(similar) == 1 else "…"
     return f"{{column: {title!r}, unit: {unit}}}"

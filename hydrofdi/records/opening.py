@@ -181,6 +181,8 @@ def npz_table(place: str, content: Content) -> ArrayTable:
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise OSError("it is not an archive of arrays")
         with archive:
+            if sum(each.file_size for each in cast(Any, archive.zip).infolist()) > MOST_BYTES:
+                raise OSError(f"it unpacks to more than {MOST_BYTES / 2**30:g} GiB")
             arrays = {name: np.asarray(archive[name]) for name in archive.files}
     shapes = {name: array.shape for name, array in arrays.items()}
     return ArrayTable(place, "NPZ", shapes, arrays.__getitem__)

@@ -12,16 +12,23 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel
 from hydrofdi.records.columns import (
-    Column,
+    ReadColumn,
     RejectionError,
     Table,
     columns_of,
     unknown_header_unit,
 )
 from hydrofdi.records.description import MeasuredConfig, is_counts
-from hydrofdi.records.times import contradicting_times, counts_samples, sampling_of_times, time_column
+from hydrofdi.records.times import (
+    contradicting_times,
+    counts_samples,
+    require_seconds,
+    sampling_of_times,
+    time_column,
+)
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.units import gauge_unit
 
 _FEWER = 0.99
 _MOST_SAMPLES = 2**28
@@ -120,7 +127,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
             for channel, column in columns.items()
             if column.config.gain is not None
         },
-        units={channel: column.unit for channel, column in columns.items()},
+        units={channel: gauge_unit(column.unit) for channel, column in columns.items()},
         date=start if start >= _FIRST_DATE else since + start,
     )
 
@@ -130,7 +137,7 @@ class Samples(NamedTuple):
     what these count from if they are dates [s since 1970], else NaN.
     """
 
-    columns: Mapping[Channel, Column]
+    columns: Mapping[Channel, ReadColumn]
     channels: dict[Channel, Array]
     times: Array | None
     since: float
@@ -151,6 +158,8 @@ def samples_of(table: Table, config: MeasuredConfig) -> Samples:
                     f"{table.place}: column {time.title!r} (time): counts the samples and is not a time; give"
                     " the sampling frequency instead, such as 'sampling_frequency: 1 kHz'"
                 )
+            if not has_unit:
+                require_seconds(times, f"{table.place}: column {time.title[:60]!r}")
             times = time.in_si(times)
     channels = {key: each.in_si(table.numbers(each.position)) for key, each in columns.items()}
     lengths: dict[str, int] = {str(channel): samples.size for channel, samples in channels.items()}

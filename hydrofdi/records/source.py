@@ -292,7 +292,7 @@ class MemoryTable(Table):
             titles=[self.titles[n] for n in positions],
             units=[self.units[n] for n in positions],
             columns=[self.columns[n] for n in positions],
-            dates={place: self.dates[n] for place, n in enumerate(positions) if n in self.dates},
+            dates={index: self.dates[n] for index, n in enumerate(positions) if n in self.dates},
             time=None if time is None else positions.index(time),
         )
 

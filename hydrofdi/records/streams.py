@@ -160,7 +160,7 @@ class EvenStream:
         accepted, anew = list[int](), list[int]()
         reports = _Reports(state["said"].tolist())
         stamps = np.where(np.abs(chunk.time) <= _FARTHEST, chunk.time, -np.inf)
-        for place, stamp in enumerate(stamps.tolist()):
+        for index, stamp in enumerate(stamps.tolist()):
             kind = ""
             if stamp == -np.inf:
                 kind = "malformed"
@@ -175,10 +175,10 @@ class EvenStream:
                 kind = kind or ("rate_changed" if n_gap >= _STEPS else "gap" if n_gap else "")
                 if is_gap or kind == "set_back":
                     anew.append(len(accepted))
-                accepted.append(place)
+                accepted.append(index)
             if kind and (not is_silent or accepted or (kind == "malformed" and not may_repeat)):
-                reports.add(kind, stamp, last, chunk.unread.get(place) or self._text(kind, stamp, last))
-            if accepted and accepted[-1] == place:
+                reports.add(kind, stamp, last, chunk.unread.get(index) or self._text(kind, stamp, last))
+            if accepted and accepted[-1] == index:
                 last, n_earlier, comes_again = stamp, 0, False
         after = {
             **state, "last": last, "n_earlier": n_earlier, "n_gap": n_gap, "said": reports.said,

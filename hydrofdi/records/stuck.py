@@ -49,6 +49,73 @@ def frozen_time(channels: Mapping[Channel, Array], sampling_frequency: float) ->
     return time if moves > _FROZEN_MOVE * level else 0.0
 
 
+_LONGER, _MOVES, _STEPS = 10.0, 0.1, 4.0
+"""A channel is frozen if it repeats a value for this many times its next longest repetition, and for the
+first number above, while another channel moves by this share of its range, or after steps of this many
+digits."""
+
+
+def frozen_stretch(
+    channel: Channel, channels: Mapping[Channel, Array], sampling_frequency: float
+) -> slice | None:
+    """The samples in which a channel repeats a value as it never does otherwise; None if there are none.
+
+    Commands may rest, rails be ideal, and values at an end of the range be clipped.
+    """
+    samples = channels[channel]
+    turns = np.flatnonzero(np.diff(samples)) + 1
+    if channel in (Channel.INPUT_VOLTAGE, *_RAILS) or turns.size < _FEWEST_TURNS:
+        return None
+    bounds = np.concatenate([[0], turns, [samples.size]])
+    lengths = np.diff(bounds)
+    longest = int(np.argmax(lengths))
+    others = np.delete(lengths, longest).max()
+    stretch = slice(int(bounds[longest]), int(bounds[longest + 1]))
+    value = samples[stretch.start]
+    if lengths[longest] <= max(_FROZEN_FOR * sampling_frequency, _LONGER * others) or value in (
+        samples.min(),
+        samples.max(),
+    ):
+        return None
+    for other, values in channels.items():
+        if other is not channel and np.isfinite(values).all():
+            is_still = np.ptp(values) == 0.0
+            if not is_still and np.ptp(values[stretch]) > _MOVES * np.ptp(values):
+                return stretch
+    steps = np.abs(np.diff(samples[: stretch.start + 1]))
+    is_abrupt = steps.size > 2 and np.median(steps[-5:]) > _STEPS * steps[steps > 0.0].min()
+    return stretch if is_abrupt else None
+
+
+_FEWEST_TURNS, _VARIED = 20, 3.0
+"""Fewest changes that show a rate; least ratio of their median size to their 10 % quantile if they are those
+of a held signal: the changes of a coarse converter are all of one digit."""
+
+
+def update_rate(samples: Array, times: Array) -> float | None:
+    """How often a channel is really updated [Hz]: its samples repeat, or lie on lines between fewer; None if
+    neither is so."""
+    changes = np.abs(np.diff(samples))
+    turns = np.flatnonzero(changes)
+    if turns.size < _FEWEST_TURNS:
+        return None
+    if np.median(np.diff(turns)) >= 2.0:
+        low, middle = np.quantile(changes[turns], [0.1, 0.5])
+        return _rate_of(turns, times) if middle > _VARIED * low else None
+    bends = np.abs(np.diff(np.diff(samples) / np.diff(times)))
+    bent = np.flatnonzero(bends > 0.02 * np.quantile(bends, 0.98))
+    turns = bent[np.diff(bent, prepend=-2) > 1]  # a knot between two samples bends the line at both
+    if turns.size < max(_FEWEST_TURNS, 0.45 * bent.size) or np.quantile(np.diff(turns), 0.1) < 2.0:
+        return None
+    return _rate_of(turns, times)
+
+
+def _rate_of(turns: NDArray[np.intp], times: Array) -> float:
+    """Rate of changes [Hz], without the longest stretches between them, in which a channel rests."""
+    steps = np.diff(times[turns])
+    return float(1.0 / np.mean(steps[steps <= 1.6 * np.median(steps)]))
+
+
 BAND = 0.2
 """Width of the band around the middle as a share of the range: noise does not cause an edge."""
 _LEAST_STEPS, _UNEVEN, _ALIKE = 3, 0.05, 0.8
@@ -71,6 +138,7 @@ def drive_edges(
     decided = np.flatnonzero(sides)
     if not decided.size:
         return decided, side
+    # Samples inside the band are skipped, so noise at the middle makes no edge.
     changes = decided[1:][np.diff(sides[decided]) != 0]
     return changes[np.isin(sides[changes], _WANTED[direction])] - 1, int(sides[decided[-1]])
 
@@ -87,5 +155,6 @@ def found_period(batch: RecordBatch, row: int = 0) -> float | None:
     if steps.size < _LEAST_STEPS or np.ptp(steps) > max(2.0, _UNEVEN * steps.mean()):
         return None
     lag = round(float(steps.mean()))
+    # Even edges alone could be chance; the whole signal must repeat.
     is_repeated = np.corrcoef(samples[:-lag], samples[lag:])[0, 1] > _ALIKE
     return round(2.0 * float(steps.mean())) / (2.0 * batch.sampling_frequency) if is_repeated else None

@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import (
-    Column,
+    ReadColumn,
     RejectionError,
     Table,
     Titled,
@@ -33,7 +33,7 @@ from hydrofdi.records.description import (
     known_unit,
 )
 from hydrofdi.settings.messages import counted, similar
-from hydrofdi.units import parse_unit
+from hydrofdi.units import ABOVE, BELOW, parse_unit, zero_of
 
 _POINTED = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):")
 """Day, month and year separated by dots, as in 31.01.2026 12:00."""
@@ -106,13 +106,13 @@ def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
 
 
 _SECOND = parse_unit("s")
-_TIMES = ("time", "t")
+_TIMES = ("time", "t", "timestamps")
 """Names of time columns, the preferred one first."""
 _DATES = {"timestamp", "datetime", "zeit", "zeitstempel", *_TIMES}
 """Names of time columns that contain dates."""
 
 
-def time_column(table: Titled, configured: TimeConfig | None) -> Column | None:
+def time_column(table: Titled, configured: TimeConfig | None) -> ReadColumn | None:
     """The column of time, as configured, or else by its name; None if there is none.
 
     Dates need no unit, and ``time`` is in seconds if none is stated.
@@ -129,7 +129,7 @@ def time_column(table: Titled, configured: TimeConfig | None) -> Column | None:
     are_dates, header = table.is_dated(position), table.unit(position)
     header = "" if are_dates and not known_unit(header) else header
     if are_dates and not (header or config.unit or unit_by_name(title)):
-        return Column(position, title, config, "", None)
+        return ReadColumn(position, title, config, "", None)
     column = column_at(table, position, config, "s", header)
     if is_counts(column.unit):
         message = "counts the samples and is not a time; give the sampling frequency instead"
@@ -166,27 +166,99 @@ def counts_samples(values: Array) -> bool:
     return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
 
 
+_USUAL_RATES = (20.0, 1e6)
+"""Rates [Hz] at which a time without a unit is believed to be in seconds."""
+_DATES_SINCE = (1e9, 4.1e9)
+"""Instants of clocks that count from 1970 [s]: the years 2001 to 2099."""
+_LIKELY_UNITS = ("s", "ms", "µs", "FILETIME", "exceldays", "ns", "day")
+_FEWEST = 10
+
+
+def likely_unit(values: Array) -> str:
+    """The unit in which a column of time has a usual rate, and is a date if any unit makes it one; seconds if
+    its rate cannot be seen; empty if no unit is likely."""
+    steps = np.diff(values[np.isfinite(values)])
+    if values.size < _FEWEST or not steps.size or not (step := float(np.median(steps))) > 0.0:
+        return "s"
+    likely, dated, first = list[str](), list[str](), float(values[np.isfinite(values)][0])
+    for unit in _LIKELY_UNITS:
+        factor = float(parse_unit(unit).factor)
+        if BELOW * _USUAL_RATES[0] <= 1.0 / (factor * step) <= ABOVE * _USUAL_RATES[1]:
+            is_date = _DATES_SINCE[0] <= factor * first + zero_of(unit) <= _DATES_SINCE[1]
+            (dated if is_date else likely).append(unit)
+    return next(iter([*dated, *likely]), "")
+
+
+def require_seconds(values: Array, where: str) -> None:
+    """Refuse a time without a unit that is no time in seconds."""
+    if (unit := likely_unit(values)) != "s":
+        rate = 1.0 / float(np.median(np.diff(values)))
+        hint = f"is it in {unit} ({rate / float(parse_unit(unit).factor):.4g} Hz)? " if unit else ""
+        raise DataError(
+            f"{where}: has no unit, and {rate:.4g} Hz if it is in seconds; {hint}State the unit, as in"
+            f" 'time [{unit or 's'}]' or 'time: {{column: …, unit: {unit or 's'}}}'; s, if it is slow"
+        )
+
+
 def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tuple[float, list[Issue]]:
     """The sampling frequency of the instants of a table [Hz], and remarks on gaps and uneven steps."""
     steps = np.diff(times)
     if n_missing := np.count_nonzero(~np.isfinite(times)):
         text = f"{n_missing} sampling instants are missing; give 'sampling_frequency' in place of 'time'"
         raise RejectionError("time", text)
+    rounded = _rounded(times)
     if (bad := np.flatnonzero(steps <= 0.0)).size:
         relation = "the same as" if steps[bad[0]] == 0.0 else "before"
         text = f"{table.row_place(int(bad[0]) + 1)}: the time is {relation} that of the row above"
+        if rounded:
+            text += (
+                f"; stamps are rounded to {rounded[1]:.2g} s: state 'sampling_frequency: {rounded[0]:g} Hz'"
+            )
         raise RejectionError("time", text)
     typical = float(np.median(steps))
     step = typical if np.any(steps > _GAP * typical) else (times[-1] - times[0]) / (times.size - 1)
     frequency = float(f"{1.0 / step:.{_DIGITS}g}")
     if not 0.0 < frequency < np.inf:
         raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
-    return frequency, _unevenness(times, steps, typical, config)
+    uneven = _unevenness(times, steps, typical, config)
+    if uneven and rounded:
+        text = f"stamps are rounded to {rounded[1]:.2g} s, and even at {rounded[0]:g} Hz within that"
+        return rounded[0], [Issue(text, kind="rounded")]
+    return frequency, uneven
+
+
+def _rounded(times: Array) -> tuple[float, float] | None:
+    """Rate of an even clock [Hz] whose stamps were rounded, to decimals or to single precision, and to what
+    [s]; None if rounding does not explain the instants."""
+    some = times[:: max(1, times.size // 1000)]
+    size = float(np.max(np.abs(some)))
+    grids = [10.0**-n for n in range(10) if np.all(np.abs(some * 10.0**n - np.rint(some * 10.0**n)) < 0.01)]
+    for unit in (1.0, 1e-3, 1e-6):
+        spacing = np.spacing(np.abs(some / unit).astype(np.float32)).astype(np.float64)
+        if np.all(np.abs((some / unit).astype(np.float32) - some / unit) < 0.05 * spacing):
+            grids.append(unit * float(np.spacing(np.float32(size / unit))))
+    number = np.arange(times.size) - (times.size - 1) / 2.0
+    slope = float(number @ times / (number @ number))
+    grid, width = max(grids, default=0.0), float(np.ptp(times - slope * number))
+    if times.size < _FEWEST or not 0.0 < width <= _WIDTH * grid:
+        return None
+    # the shortest number that the stamps cannot tell from the slope
+    rates = (float(f"{1.0 / slope:.{digits}g}") for digits in range(1, 17))
+    tolerance = 0.1 * grid / (slope * times.size)
+    return next(rate for rate in rates if abs(rate * slope - 1.0) <= max(tolerance, 1e-15)), grid
+
+
+_WIDTH = 1.1
+"""Width of the instants around an even clock, in units of their last digit; rounding alone makes 1."""
 
 
 def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConfig) -> list[Issue]:
     gaps = int(np.count_nonzero(steps > _GAP * typical))
-    asked = "" if config.resample is None else f"; interpolated at {config.resample:g} Hz"
+    asked = (
+        f"; state 'resample: {float(f'{1.0 / typical:.3g}'):g} Hz' to interpolate"
+        if config.resample is None
+        else f"; interpolated at {config.resample:g} Hz"
+    )
     if gaps:
         longest = float(steps.max())
         text = f"{counted(gaps, 'gap')} in time, the longest {longest:.3g} s{asked}"
@@ -197,7 +269,7 @@ def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConf
     if deviation <= config.limits.uneven + 1e-4:
         return []
     text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
-    return [Issue(text, kind="uneven")]
+    return [Issue(text, kind="uneven", is_unusable=config.resample is None)]
 
 
 _TOLERANCE = 0.01

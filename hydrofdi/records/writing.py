@@ -15,11 +15,11 @@ from hydrofdi.records.batch import Array, Channel, RecordBatch
 from hydrofdi.records.columns import channel_called, scaled
 from hydrofdi.records.opening import parquet_library
 from hydrofdi.settings.messages import counted
-from hydrofdi.units import parse_unit
+from hydrofdi.units import parse_unit, zero_of
 
 
 @dataclass(frozen=True)
-class Column:
+class WrittenColumn:
     """Samples under the symbol of a channel, or ``time``, with their unit."""
 
     name: str
@@ -44,20 +44,21 @@ class Selection:
     channels: Sequence[Channel]
     units: Mapping[Channel, str]
 
-    def columns(self, batch: RecordBatch, row: int) -> Iterator[Column]:
+    def columns(self, batch: RecordBatch, row: int) -> Iterator[WrittenColumn]:
         """Time and the channels of a record."""
-        yield Column("time", "s", batch.time)
+        yield WrittenColumn("time", "s", batch.time)
         for channel in self.channels or batch.channels:
             if channel not in batch.channels:
                 has = ", ".join(each.symbol for each in batch.channels)
                 raise DataError(f"{batch.sources[row]}: has no {channel.symbol} ({channel}); it has {has}")
             own, values = batch.unit(channel), batch[channel][row]
             if channel in batch.relative:
-                yield Column(channel.symbol, "-" if own == "1" else own, values)
+                yield WrittenColumn(channel.symbol, "-" if own == "1" else own, values)
                 continue
             unit = self.units.get(channel, own)
             factor = parse_unit(own).factor / parse_unit(unit).factor
-            yield Column(channel.symbol, unit, scaled(values, factor))
+            zero = zero_of(unit)
+            yield WrittenColumn(channel.symbol, unit, scaled(values - zero if zero else values, factor))
 
 
 def selection(channels: Collection[str], units: Collection[str]) -> Selection:
@@ -83,7 +84,7 @@ def selection(channels: Collection[str], units: Collection[str]) -> Selection:
 _ROWS_AT_ONCE = 100_000
 
 
-def write_csv(path: Path, columns: Sequence[Column]) -> None:
+def write_csv(path: Path, columns: Sequence[WrittenColumn]) -> None:
     """Rows under a header such as ``time [s],P1 [Pa]``; a missing number is an empty field."""
     with open(path, "w", encoding="utf-8", newline="") as file:
         file.write(",".join(column.title for column in columns) + "\n")
@@ -92,7 +93,7 @@ def write_csv(path: Path, columns: Sequence[Column]) -> None:
             file.writelines(",".join(map(_text, row)) + "\n" for row in zip(*parts, strict=True))
 
 
-def write_parquet(path: Path, columns: Sequence[Column]) -> None:
+def write_parquet(path: Path, columns: Sequence[WrittenColumn]) -> None:
     """Columns named as in CSV; their units are also metadata ``units`` of the fields."""
     parquet = parquet_library()
     import pyarrow
@@ -104,7 +105,7 @@ def write_parquet(path: Path, columns: Sequence[Column]) -> None:
     parquet.write_table(pyarrow.table(arrays, schema=pyarrow.schema(fields)), path)
 
 
-def write_mat(path: Path, columns: Sequence[Column]) -> None:
+def write_mat(path: Path, columns: Sequence[WrittenColumn]) -> None:
     """Column vectors ``time``, ``P1``, … and a structure ``units`` with the unit of each; MAT version 5."""
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError

@@ -66,6 +66,7 @@ class Plane:
         """The median of a feature in each cell; NaN if no run there has one."""
         matrix = np.full(self.shape, np.nan)
         known = np.isfinite(feature.values) & (self.cell >= 0)
+        # Runs sorted by cell, then split where a new cell begins: a median per cell without a loop over runs.
         order = np.argsort(self.cell[known], kind="stable")
         cells, first = np.unique(self.cell[known][order], return_index=True)
         parts = np.split(feature.values[known][order], first[1:])
@@ -78,6 +79,7 @@ class Plane:
         if not self.features[0].is_change:
             return self.features[0]
         changes = [each for each in self.features if each.is_change]
+        # Zero belongs to the range: the baseline itself need not be in the grid.
         ranges = [np.ptp(np.append(0.0, values[np.isfinite(values)])) for values in map(self.matrix, changes)]
         return changes[int(np.argmax(comparable(np.array(ranges))))]
 
@@ -100,6 +102,7 @@ def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
         (row_of, row_values), (column_of, column_values) = map(_places, (rows, columns))
         inside = (row_of >= 0) & (column_of >= 0)
         cell = np.where(inside, row_of * len(column_values) + column_of, -1)
+        # Parameters that vary together (zip) fill a diagonal only.
         if len(np.unique(cell[inside])) < _LEAST_FILLED * len(row_values) * len(column_values):
             continue
         known = {

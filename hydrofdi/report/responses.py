@@ -64,6 +64,7 @@ LEAST_RUNS = 10
 def fifths(values: NDArray[np.float64]) -> list[tuple[float, float, NDArray[np.bool_]]]:
     """Values by size, in fifths of equal number: the ends of each, and which values belong to it."""
     edges = np.quantile(values, np.linspace(0.0, 1.0, _FIFTHS + 1))
+    # Equal values get the same, largest rank, so that no value is in two fifths.
     rank = np.searchsorted(np.sort(values), values, side="right") - 1
     place = np.minimum(_FIFTHS * rank // max(values.size - 1, 1), _FIFTHS - 1)
     return [(float(edges[k]), float(edges[k + 1]), place == k) for k in range(_FIFTHS)]
@@ -123,6 +124,7 @@ def _swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
     Many unconditional points are taken to be different: expanding is slow.
     """
     blocks = (data.experiment.ensemble, data.experiment.sweep)
+    # The runs of the grid come first, baselines that were added after them.
     n_swept = math.prod(count_points(block) for block in blocks)
     if n_swept <= _MANY or any(block.where or block.union for block in blocks):
         n_swept = expand_runs(data.experiment).n_swept
@@ -195,6 +197,7 @@ def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
     if n_run < LEAST_RUNS or np.ptp(parameter[known]) == 0.0 or np.ptp(feature[known]) == 0.0:
         return RankCorrelation(math.nan, math.nan, math.nan, math.nan, n_run)
     x, y = _ranks(parameter[known]), _ranks(feature[known])
+    # Ranks have variance 1, so their covariance is ρ; rounding may exceed 1.
     value = float(np.clip(np.mean(x * y), -1.0, 1.0))
     error = _standard_error(x, y)
     low, high = _fisher_interval(value, error)
@@ -220,7 +223,9 @@ def _moved(x: Array, y: Array) -> Array:
     """How a run at each x moves the ranks of all runs above it, weighted with their y; of mean zero."""
     order = np.argsort(x, kind="stable")
     above = np.empty_like(y)
+    # Sum of y over all runs with a larger x, in n log n instead of n².
     above[order] = np.cumsum(y[order][::-1])[::-1]
+    # One run below moves a rank by one, which is this much of a scaled rank.
     step = 1.0 / np.std(np.arange(len(x)))
     moved: Array = step * (above - above.mean())
     return moved
@@ -230,6 +235,7 @@ def _fisher_interval(value: float, error: float) -> tuple[float, float]:
     """95 % interval on the scale of artanh; a point at a perfect correlation."""
     if abs(value) > 1.0 - 1e-12:
         return value, value
+    # Delta method: d artanh ρ/dρ = 1/(1 − ρ²).
     half = Z_95 * error / (1.0 - value**2)
     centre = math.atanh(value)
     return math.tanh(centre - half), math.tanh(centre + half)
@@ -410,8 +416,8 @@ def _axis_table(found: AxisResponses) -> Table:
     axis, features = found.axis, [each.feature for each in found.responses]
     against = f"; δ against {AGAINST[found.against]}" if found.against else ""
     columns = [Column("Feature", ["runs", *(each.header for each in features)], is_text=True)]
-    for place, group in enumerate(axis.groups):
-        over = [response.over[place] for response in found.responses]
+    for index, group in enumerate(axis.groups):
+        over = [response.over[index] for response in found.responses]
         known, count = max(each.n_run for each in over), int(group.rows.sum())
         runs = f"{known:,} of {count:,}" if known < count else f"{count:,}"
         texts = (_spread_text(o, f.is_change, known) for o, f in zip(over, features, strict=True))

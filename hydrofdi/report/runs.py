@@ -137,7 +137,7 @@ def _sortable(values: list[Any]) -> Array:
     """Numbers as they are, words by their place in the file."""
     if all(isinstance(value, int | float) for value in values):
         return np.array(values, dtype=float)
-    places = {value: place for place, value in enumerate(dict.fromkeys(values))}
+    places = {value: index for index, value in enumerate(dict.fromkeys(values))}
     return np.array([places[value] for value in values], dtype=float)
 
 
@@ -148,12 +148,14 @@ def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> dict
     """
     rms = data.columns[name]
     rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE]
+    # A healthy RMS of rounding errors would give changes of any size.
     known = np.where(rms < _along(rounding, rms), np.nan, rms)
     return {kind: percentage_change(of_healthy(known, rows), rms) for kind, rows in data.baselines.items()}
 
 
 def of_healthy(values: Array, rows: NDArray[np.int64]) -> Array:
     """Values of the healthy run of each run, by its row; NaN without one."""
+    # Rows of −1 read the last run, which the condition replaces.
     healthy: Array = np.where(_along(rows == names.NO_BASELINE, values), np.nan, values[rows])
     return healthy
 
@@ -189,6 +191,7 @@ def label_names(data: ExperimentData) -> list[str]:
 
 def best_levels(delta: Array) -> NDArray[np.int64]:
     """Position of the largest δ above zero along the last axis; −1 if there is none."""
+    # np.argmax would return the position of a NaN.
     known = np.where(np.isnan(delta), -np.inf, delta)
     found: NDArray[np.int64] = np.where(known.max(axis=-1) > 0.0, known.argmax(axis=-1), -1)
     return found

@@ -380,12 +380,12 @@ class Table:
         heads = [*map(_heading_lines, self.shown)]
         lead = [*range(self.n_shown_lead)]
         part = [*lead]
-        for place in range(len(lead), len(heads)):
-            needed = sum(_room(self.shown[at], heads[at], [row[at] for row in rows]) for at in [*part, place])
+        for index in range(len(lead), len(heads)):
+            needed = sum(_room(self.shown[at], heads[at], [row[at] for row in rows]) for at in [*part, index])
             if len(part) > len(lead) and needed + _GAP * len(part) > width:
                 yield from self._grid(part, heads, rows, width)
                 part = [*lead]
-            part.append(place)
+            part.append(index)
         yield from self._grid(part, heads, rows, width)
         yield from filter(None, [self._more(len(rows))])
 

@@ -58,10 +58,10 @@ def external_view(table: RunTable) -> View:
         {
             "external_leakage_of": list(chambers),
             "runs": sum(rows),
-            "ranges_percent": {name: list(map(finite, own[place])) for name, own in spans.items()},
-            "gap_percentage_points": {name: finite(own[place]) for name, own in gaps.items()},
+            "ranges_percent": {name: list(map(finite, own[index])) for name, own in spans.items()},
+            "gap_percentage_points": {name: finite(own[index]) for name, own in gaps.items()},
         }
-        for place, (chambers, rows) in enumerate(states.items())
+        for index, (chambers, rows) in enumerate(states.items())
     ]
     places = [" and ".join(map(str, chambers)) or "none" for chambers in states]
     columns = [

@@ -301,8 +301,8 @@ def integrate_balances(
             p = lane_parameters(parameters[run], 0, k * interval, k * interval, options)
             shown = (position, velocity, pressure_1, pressure_2, supply, bristle)
             hides = [
-                hidden[run, place, k] if getattr(options, option) else 0.0
-                for place, option in enumerate(HIDDEN.values())
+                hidden[run, index, k] if getattr(options, option) else 0.0
+                for index, option in enumerate(HIDDEN.values())
             ]
             z = State(*(signal[run, k] for signal in shown), *hides)
             after = account_rates(z, spool_position[run, k], p, options)
@@ -336,8 +336,8 @@ def integrate_balances(
                 total[2] -= holds - held[0] + work_1 + work_2 + work_on_load
                 total[3] += half * (before.supplied_power + after.supplied_power)
             # Only the instant before is kept: memory does not grow with the record.
-            for place, value in enumerate(z):
-                state_before[place] = value
-            for place, value in enumerate(after):
-                rates_before[place] = value
+            for index, value in enumerate(z):
+                state_before[index] = value
+            for index, value in enumerate(after):
+                rates_before[index] = value
             held[0] = holds

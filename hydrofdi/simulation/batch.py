@@ -222,9 +222,9 @@ class _Signals:
             self._supply[members, window] = rows[SAMPLED.index("supply")]
         if options.bristles:
             self._bristle[members, window] = rows[SAMPLED.index("bristle")]
-        for place, (name, option) in enumerate(HIDDEN.items()):
+        for index, (name, option) in enumerate(HIDDEN.items()):
             if getattr(options, option):
-                self._hidden[members, place, window] = rows[SAMPLED.index(name)]
+                self._hidden[members, index, window] = rows[SAMPLED.index(name)]
         if options.load_force:
             self._load[members, window] = chunk.loads[every, block.loads].T
         if options.closed_loop:

@@ -153,15 +153,15 @@ class Spools:
         self.columns = np.argsort(order)
         # Inputs that differ in amplitude only are computed once, with amplitude 1.
         units = [drives[k].input.model_copy(update={"amplitude": 1.0}) for k in order]
-        places = {unit: place for place, unit in enumerate(dict.fromkeys(units))}
+        places = {unit: index for index, unit in enumerate(dict.fromkeys(units))}
         self._units, self._unit_of_drive = list(places), np.array([places[unit] for unit in units], dtype=int)
         self._amplitude = np.array([drives[k].input.factor for k in order])
         self._stages = np.empty((0, 4, len(order)))
         self._spools = np.zeros(len(self._groups), SPOOLS)
         for spool, group in zip(self._spools, self._groups, strict=True):
-            for place, field in enumerate(SPOOL_PARAMETERS):
+            for index, field in enumerate(SPOOL_PARAMETERS):
                 # Unused spools repeat the others: a gain of zero would be divided by.
-                spool[field] = np.resize([drives[k].spool[place] for k in group], WIDTH)
+                spool[field] = np.resize([drives[k].spool[index] for k in group], WIDTH)
         self._choices = [drives[group[0]].choices for group in self._groups]
 
     def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -398,7 +398,7 @@ def _reference_of(parameters: RunParameters, position: int) -> tuple[InputConfig
 
 def _places(values: Iterable[_Value]) -> dict[_Value, int]:
     """Distinct values, each with its index."""
-    return {value: place for place, value in enumerate(dict.fromkeys(values))}
+    return {value: index for index, value in enumerate(dict.fromkeys(values))}
 
 
 _STREAM = 1
@@ -406,7 +406,7 @@ _STREAM = 1
 
 
 def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Force against positive motion, held over the given steps.
+    """Force against positive motion at the given steps.
 
     Parameters
     ----------
@@ -422,7 +422,12 @@ def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64])
     """
     if not load.random_force:
         return np.full(steps.shape, load.constant_force)
-    levels = random_levels((load.seed, _STREAM), load.random_period, record, steps)
+    seed, period = (load.seed, _STREAM), load.random_period
+    levels = random_levels(seed, period, record, steps)
+    if load.random_change:
+        hold = round(period / record.step)
+        before = random_levels(seed, period, record, np.maximum(steps - hold, 0))
+        levels = before + np.minimum(steps % hold * record.step / load.random_change, 1.0) * (levels - before)
     return load.constant_force + load.random_force * levels
 
 

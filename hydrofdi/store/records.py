@@ -133,7 +133,7 @@ class StoredRecords:
             tuple(self.record_ids[row] for row in rows),
             sources=(self.name,) * len(rows),
             drive_period=self._periods[positions[0]],
-            remarks=tuple(_missing_value_remarks(channels, place) for place in range(len(rows))),
+            remarks=tuple(_missing_value_remarks(channels, index) for index in range(len(rows))),
         )
 
     def _rejected(self, row: int, labels: bool) -> RejectedRecord:

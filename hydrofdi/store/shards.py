@@ -49,6 +49,7 @@ def create_signal(
     if still is not None:
         options = {"chunks": (1, shape[1]), "fillvalue": still}
     if store.compression != "none":
+        # A chunk is a run: reading one decompresses no other, and chunks are copied without decompression.
         options |= {"chunks": (1, shape[1]), "compression": store.compression, "shuffle": True}
     if store.compression == "gzip":
         options["compression_opts"] = 4
@@ -90,6 +91,7 @@ def write_block(target: h5py.Dataset, row: int, block: Block) -> int:
     if target.id.get_create_plist().fill_value_defined() != h5py.h5d.FILL_VALUE_USER_DEFINED:
         target[row : row + len(rows)] = rows
         return len(rows)
+    # NaN is not equal to itself.
     stands = np.isnan(rows) if np.isnan(target.fillvalue) else rows == target.fillvalue
     for moving in np.flatnonzero(~stands.all(axis=1)):
         target[row + moving] = rows[moving]
@@ -110,6 +112,7 @@ def _laid_out_alike(source: h5py.Dataset, target: h5py.Dataset) -> bool:
 
 def _read_chunk(source: h5py.Dataset, row: int) -> Chunk:
     """A row as stored in the file; empty if it is constant at the fill value."""
+    # A chunk that was never written has no place in the file.
     if source.id.get_chunk_info_by_coord((row, 0)).byte_offset is None:
         return Chunk(0, b"")
     return Chunk(*source.id.read_direct_chunk((row, 0)))
@@ -120,6 +123,7 @@ def _drop_from_page_cache(source: h5py.Dataset, row: int, n_row: int) -> None:
     if offset is not None and hasattr(os, "posix_fadvise"):
         size = source.dtype.itemsize * source.shape[1]
         handle = source.file.id.get_vfd_handle()
+        # Rows are copied once: keeping them would push what others need out of memory.
         os.posix_fadvise(handle, offset + row * size, n_row * size, os.POSIX_FADV_DONTNEED)
 
 

@@ -81,6 +81,7 @@ def read_traces(data: ExperimentData, records: StudyRecords, watched: str) -> Tr
     onsets = np.where(is_constant, np.nan, np.array(data.values("leakage.onset_time"), dtype=float))
     rows, onset = records.runs, onsets[records.runs]
     with np.errstate(divide="ignore", invalid="ignore"):
+        # The stored mean flow is over the whole record, also before the onset.
         share = 1.0 - np.where(np.isnan(onset), 0.0, onset) / request.record.duration
         flow = data.columns[MEAN_LEAKAGE_FLOW][rows] / share
     score = indicator.estimates[0]
@@ -99,6 +100,7 @@ def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) ->
     """Instants of a stored trace after its transient [s], on the clock of the whole record."""
     frequency = request.record.sampling_frequency
     instants = indicator.trace_instants(frequency)
+    # An instant at the end of the transient counts, whatever its last bit.
     settled = instants[instants >= indicator.options.transient - 1e-9]
     return np.asarray(settled + request.n_discarded / frequency)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.scores import Kind, Population
-from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
 from hydrofdi.settings.messages import similar
 from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords
 
@@ -18,7 +18,7 @@ SEED = 0
 
 
 def measured_study(
-    columns: Sequence[Column],
+    columns: Sequence[MeasuredOutput],
     measured: Iterable[RecordMeasures],
     healthy: Collection[str],
     severity: Mapping[str, float],
@@ -112,7 +112,7 @@ def _confounded(groups: Sequence[str] | None, is_healthy: NDArray[np.bool_]) -> 
         )
 
 
-def _scores(columns: Sequence[Column], records: Sequence[RecordMeasures]) -> Iterator[Scored]:
+def _scores(columns: Sequence[MeasuredOutput], records: Sequence[RecordMeasures]) -> Iterator[Scored]:
     """All numbers that at least one record has."""
     for column in (column for column in columns if column.output.is_score):
         shape = tuple(column.output.dims.values())

@@ -185,8 +185,8 @@ def nuisances_of(
     of_kind = [each for each in records.populations if each.kind is Kind.HEALTHY]
     healthy = records.values(scored, of_kind)
     faults = sorted(
-        (_severity(records, each), place, records.values(scored, [each]))
-        for place, each in enumerate(records.chosen(Kind.FAULT, is_fit=False))
+        (_severity(records, each), index, records.values(scored, [each]))
+        for index, each in enumerate(records.chosen(Kind.FAULT, is_fit=False))
     )
     response = None
     if faults:

@@ -61,9 +61,9 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     """
     measured = tuple(_measured(data))
     roles, is_there = stored_roles(data), np.asarray(data.columns[STATUS]).astype(str) != MISSING
-    runs = [np.flatnonzero((roles.design_of_run == place) & is_there) for place in range(len(roles.designs))]
+    runs = [np.flatnonzero((roles.design_of_run == index) & is_there) for index in range(len(roles.designs))]
     return tuple(
-        _design(data, measured, _records(data, roles, place, rows)) for place, rows in enumerate(runs)
+        _design(data, measured, _records(data, roles, index, rows)) for index, rows in enumerate(runs)
     )
 
 
@@ -258,6 +258,7 @@ def _made(
     is_faulty = np.array([each.kind is Kind.FAULT for each in population])
     is_fit = np.array([each.is_fit and each.kind in _TRAINING for each in population])
     is_shared = tested_teach and score.needs_faulty
+    # Faulty test records may teach: each is scored by a model without its group.
     is_fit |= is_shared & is_faulty
     learning = is_fit & (score.needs_faulty | ~is_faulty)
     values = np.stack([each.values for each in numbers], axis=1)
@@ -336,5 +337,6 @@ def _before(records: StudyRecords) -> NDArray[np.intp] | None:
     if records.groups is None or not populations:
         return None
     rows = np.concatenate([records.rows(each) for each in populations]).tolist()
+    # Of several earlier records of an actuator the last counts.
     row_of_group = {records.groups[row]: row for row in rows}
     return np.array([row_of_group.get(group, NONE) for group in records.groups], dtype=np.intp)

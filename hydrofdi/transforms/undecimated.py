@@ -25,6 +25,7 @@ def undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
     Computed in the frequency domain by Parseval's theorem, without computing coefficients.
     """
     n_time = signal.shape[-1]
+    # Parseval: the mean square of a filtered signal is its weighted power, no inverse transform needed.
     power = np.square(np.abs(np.fft.rfft(signal, axis=-1))) * _one_sided_weights(n_time)
     details, approximations = _gains(wavelet, n_time)
     return CoefficientRms(
@@ -126,6 +127,7 @@ def _response(taps: NDArray[np.float64], places: NDArray[np.int64], n_time: int)
     """Frequency response of a filter; frequencies in cycles per record."""
     # Taps beyond the length of the record wrap round.
     circular = np.bincount(np.arange(taps.size) % n_time, taps, n_time)
+    # A response repeats with the sampling frequency.
     response: Complex = np.fft.fft(circular)[places % n_time]
     return response
 

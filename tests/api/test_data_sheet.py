@@ -4,15 +4,20 @@ import math
 import shlex
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 import hydrofdi
 from hydrofdi.api.starting import sheet_text
 from hydrofdi.config import load_experiment
 from hydrofdi.config.data_sheet import CylinderSheet
+from hydrofdi.config.sweep import quantiles
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.ready import ready_folder, ready_names
+from hydrofdi.settings.validation import validated
+from hydrofdi.settings.yaml_source import Source, parse_yaml
 from tests.commands import run, run_json
 
 PRESS = {
@@ -52,6 +57,38 @@ def test_the_numbers_of_the_file_are_those_by_hand(tmp_path):
     )
     crossover = made.control.proportional_gain * 0.0723
     assert crossover == pytest.approx(0.05 * math.sqrt(stiffness / 250.0), rel=0.02)
+
+
+def test_what_is_known_replaces_the_guesses(tmp_path):
+    known = {
+        "null_leakage": "0.4 L/min", "return_pressure": "1 bar to 3 bar", "spring": "20 kN/m",
+        "dead_volume": "50 cm³", "measured_modulus": "1.1 GPa", "valve": "40 L/min at 35 bar per edge",
+    }  # fmt: skip
+    made, area = written(tmp_path, **known), math.pi / 4 * 0.05**2
+    hose = math.pi / 4 * 0.012**2 * 2.0
+    assert made.actuator.chamber_volume == pytest.approx(0.2 * area + 50e-6 + hose, rel=1e-3)
+    assert (made.fluid.bulk_modulus, made.actuator.load_stiffness) == pytest.approx((1.1e9, 20e3))
+    flow = made.valve.flow_gain * made.valve.area_gradient * 10.0 * made.valve.spool_gain * math.sqrt(35e5)
+    assert flow == pytest.approx(40e-3 / 60.0, rel=1e-3)
+    largest = 0.4e-3 / 60.0 / (210e5 - 2e5)
+    population = made.study.population.over
+    ends = np.array([0.0, 1.0])
+    assert quantiles(population["valve.lap_leakage"], ends) == pytest.approx(
+        [0.1 * largest, largest], rel=5e-3
+    )
+    assert quantiles(population["supply.return_pressure"], ends) == pytest.approx([1e5, 3e5])
+    balance = made.indicator_choice.made(made.wavelet)["flow_balance"].options
+    assert balance.largest_clearance == pytest.approx(largest, rel=1e-3)
+
+
+def test_a_description_takes_the_numbers_of_the_file_and_how_wrong_they_may_be(tmp_path):
+    sheet = PRESS | {"null_leakage": "0.4 L/min"}
+    made = written(tmp_path, **sheet)
+    text = hydrofdi.init("sheet", template="description", folder=tmp_path, **sheet).read_text()
+    stated = validated(StatedMachine, Source(parse_yaml(text, "").data["actuator"])).given
+    own = made.indicator_choice.made(made.wavelet)["flow_balance"].options
+    taken = {name: getattr(own, name) for name in ("error", "pressure_bias", "null_leakage", "piston_area_2")}
+    assert {name: stated[name] for name in taken} == pytest.approx(taken, rel=1e-3)
 
 
 def test_two_rods_mounting_and_oil_change_what_they_should(tmp_path):

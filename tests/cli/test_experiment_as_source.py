@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import hydrofdi
 from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import HydrofdiError
 from tests.commands import run, run_json
 
@@ -107,6 +107,6 @@ def test_no_content_is_a_fault(folder_contents, content, suffix, frequency):
     path = folder_contents / f"source{suffix}"
     path.write_bytes(content)
     with contextlib.suppress(HydrofdiError):
-        source = open_records(path, said=Said(frequency))[0]
+        source = open_records(path, said=Described(frequency))[0]
         if not isinstance(source, SimulatedRecords):
             hydrofdi.inspect(path, sampling_frequency=frequency)

@@ -95,9 +95,10 @@ def test_an_error_of_a_channel_moves_the_signature_along_its_direction(
     before, estimates = signatures(history.balance, one, history.variance)
     after, _ = signatures(history.balance, changed, history.variance)
     hypothesis = next(each for each in judge.hypotheses if each.name == name)
-    gain, n_own = estimates.gains[0], estimates.gains.shape[1]
+    gain = estimates.gains[0]
+    n_own, n_cause = gain.shape
     moved = (after - before)[0, :n_own]
-    expected = (factor - 1.0) * (gain @ hypothesis.directions[:, :n_own].T)
+    expected = (factor - 1.0) * (gain @ hypothesis.directions[:, :n_cause].T)
     best = expected[:, np.argmax(expected.T @ moved)]
     weights = 1.0 / np.sqrt(np.diag(history.scatter)[:n_own])
     cosine = (weights * moved) @ (weights * best) / np.linalg.norm(weights * moved)
@@ -142,9 +143,8 @@ def test_a_change_beside_the_direction_of_a_fault_is_allowed_in_part(share, name
     _, estimates = signatures(history.balance, one, history.variance)
     gain, covariance = estimates.gains[0], estimates.covariances[0]
     hypothesis = next(each for each in judge.hypotheses if each.name == "seal_orifice")
-    n_own = gain.shape[1]
-    moved = 20.0 * FLOW * hypothesis.directions[0]
-    moved[:n_own] = gain @ moved[:n_own]
+    own, rest = np.split(20.0 * FLOW * hypothesis.directions[0], [gain.shape[1]])
+    moved = np.concatenate((gain @ own, rest))
     factor = np.linalg.cholesky(history.scatter_of(gain, covariance))
     white = np.linalg.solve(factor, moved)
     beside = np.random.default_rng(1).normal(size=white.size)

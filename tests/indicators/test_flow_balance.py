@@ -96,7 +96,9 @@ def test_a_wrong_area_or_volume_scales_what_it_should(runs):
 
 @pytest.mark.parametrize("row", [0, 3])
 def test_the_stated_deviations_are_those_of_repeats(runs, row):
-    values, _ = measured(noisy(runs, [row] * 200, seed=row), "flow_balance", half_window=8, **KNOWN)
+    values, _ = measured(
+        noisy(runs, [row] * 200, seed=row), "flow_balance", half_window=8, error="5 mm^3", **KNOWN
+    )
     for name, truth in (("internal_coefficient", LEAKS[row]), ("bulk_modulus", MODULI[row])):
         stated = values[f"{name}_error"].mean()
         assert 0.4 * stated < values[name].std() < 1.5 * stated
@@ -142,7 +144,7 @@ def test_leakage_comes_out_at_any_bulk_modulus(pressure_runs, chambers, toleranc
     alone = pressure_runs if chambers == "both" else batch({c: pressure_runs[c] for c in (P1, U)})
     values, _ = measured(alone, "pressure_balance", chambers=chambers)
     np.testing.assert_allclose(values["internal_coefficient"], PRESSURE_LEAKS, rtol=tolerance, atol=error)
-    assert (values["leakage_error"] < 0.15 / 60e3).all()
+    assert (values["leakage_error"] < 0.2 / 60e3).all()
     assert_rows_stand_alone(alone, "pressure_balance", chambers=chambers)
 
 

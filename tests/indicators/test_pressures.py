@@ -158,6 +158,32 @@ def test_noise_scatters_the_rate_as_least_squares_say():
     assert abs(values["chamber_1"].mean()) < 4 * expected / np.sqrt(200)
 
 
+def test_one_gauge_states_the_leak_of_an_enclosed_volume():
+    """1 L of oil of 1 GPa that loses 1e5 Pa/s leaks 1e-7 m³/s, by as much as its β and volume are known."""
+    options = {"rest": "whole", "enclosed_volume": "1 L", "bulk_modulus": "1 GPa"}
+    values, obstacles = measured(batch({P1: 5e6 - 1e5 * TIME}), "pressure_decay", **options)
+    assert obstacles == (None,)
+    assert np.isnan(values["chamber_2"]).all()
+    np.testing.assert_allclose(values["leak"], 1e-7, rtol=1e-9)
+    np.testing.assert_allclose(values["leak_error"], 1e-7 * np.hypot(0.05, 0.3), rtol=1e-9)
+
+
+def test_the_interval_of_the_leak_contains_the_leak():
+    """Vessels whose β and volume differ as stated, with a noisy gauge and with leaks from none to large."""
+    draws, n = np.random.default_rng(5), 400
+    leak = np.where(draws.random(n) < 0.3, 0.0, 10.0 ** draws.uniform(-11, -7, n))
+    modulus, volume = (
+        1e9 / (1.0 + 0.3 * draws.normal(size=n)).clip(0.2),
+        1e-3 * (1.0 + 0.05 * draws.normal(size=n)),
+    )
+    pressure = 5e6 - (leak * modulus / volume)[:, None] * TIME + noise(6, (n, DECAY_N), size=2e3)
+    options = {"rest": "whole", "enclosed_volume": "1 L", "bulk_modulus": "1 GPa"}
+    values, _ = measured(batch({P1: pressure}), "pressure_decay", **options)
+    inside = np.abs(values["leak"] - leak) <= 2.0 * values["leak_error"]
+    assert 0.85 < inside.mean() < 1.0
+    assert inside[leak == 0.0].mean() > 0.9
+
+
 def test_a_record_without_rest_says_so_and_the_others_go_on():
     rows = [falling(-3e4, 2e4) for _ in range(3)]
     rows[1][U] = np.full(DECAY_N, 2.0)

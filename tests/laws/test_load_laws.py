@@ -48,6 +48,15 @@ def test_random_load_is_seeded_and_held() -> None:
     assert abs(np.corrcoef(force[0, ::50], force[2, ::50])[0, 1]) < 0.4
 
 
+def test_slow_load_reaches_the_same_levels_evenly() -> None:
+    values = {"load.random_force": 500.0, "load.random_period": 0.1, "load.random_change": 0.06}
+    runs = [AT_REST.with_values(values | {"load.random_change": time}) for time in (0.0, 0.06)]
+    levels, force = simulate_batch(runs, [1e-9] * 2).load_force.reshape(2, 100, 50)
+    np.testing.assert_array_equal(force[:, 31:], levels[:, 31:])
+    np.testing.assert_allclose(np.diff(force[1:, :30], n=2), 0.0, atol=1e-9)
+    np.testing.assert_allclose(force[1:, 0], levels[:-1, 0])
+
+
 def test_loads_of_a_batch_reach_their_own_runs() -> None:
     runs = [AT_REST.with_values({"load.constant_force": force}) for force in np.linspace(-800.0, 800.0, 20)]
     position = simulate_batch(runs, [1e-8] * 20).piston_position[:, -1]

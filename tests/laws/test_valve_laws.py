@@ -13,6 +13,7 @@ from hydrofdi.physics.hydraulic_mode import valve_flow_pressure_coefficient
 from hydrofdi.physics.valve import (
     chamber_1_orifice_drop,
     chamber_2_orifice_drop,
+    clearance_conductance,
     control_flow,
     edge_flow,
     worn_opening,
@@ -145,6 +146,16 @@ def test_an_edge_acts_where_it_is_open_alone(edge: str, opening: int, values: di
         motion = free_motion([FREE | own, FREE], [{}, {}], [side * 20e-6] * 2, 0.1, 1e-4)
         differs = np.ptp(motion["position"][0] - motion["position"][1]) > 1e-5
         assert differs == (side == opening)
+
+
+def test_valve_at_null_leaks_as_stated_with_both_ports_closed() -> None:
+    """Closed ports hold each chamber where its two edges pass the same flow."""
+    supply, ret = 17.2e6, 0.4e6
+    own = clearance_conductance(5e-6, supply, ret)
+    middle = 0.5 * (supply + ret)
+    sides = [edge_flow(0.0, drop, 0.0292, 20.75e-3, 0.0, own) for drop in (supply - middle, middle - ret)]
+    assert sides[0] == pytest.approx(sides[1])
+    assert 2.0 * sides[0] == pytest.approx(5e-6)
 
 
 @pytest.mark.parametrize(("edge", "end"), [("supply", 17.2e6), ("return", 0.0)])

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.api.streams import replay
 from tests.commands import COMMAND, run, run_json
 from tests.monitor.streams import read_in_pieces, reader
@@ -35,7 +35,7 @@ def replayed(*arguments):
 def records(file, settings=()):
     return [
         (batch.time, {channel: samples[row] for channel, samples in batch.channels.items()})
-        for batch in open_records(file, said=Said(settings=settings))[0].batches()
+        for batch in open_records(file, said=Described(settings=settings))[0].batches()
         for row in range(batch.n_record)
     ]
 

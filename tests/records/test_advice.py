@@ -8,7 +8,7 @@ import pytest
 from indicators.signals import simulated
 
 import hydrofdi
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import measure
@@ -115,7 +115,7 @@ def test_a_detector_is_not_trained_on_pressures_in_another_unit_unless_they_are_
 )  # fmt: skip
 def test_channels_beyond_the_usual_sizes_are_remarked(signals, expected):
     samples = {name: size * (1 + SAMPLES) for name, size in signals.items()}
-    (source,) = open_records(samples, tuple(Channel), Said("1 kHz"))
+    (source,) = open_records(samples, tuple(Channel), Described("1 kHz"))
     (batch,) = source.batches()
     assert {remark.where.symbol for remark in batch.remarks[0] if remark.kind == "unusual"} == expected
     assert ("unusual" in hydrofdi.inspect(samples, sampling_frequency="1 kHz").remarks) == bool(expected)

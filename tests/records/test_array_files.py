@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import ConfigError, DataError, HydrofdiError, StoreError
 from hydrofdi.records import Channel
 from hydrofdi.records.columns import NAMES
@@ -212,7 +212,7 @@ def test_a_folder_says_its_sampling_frequency_or_is_told_it(tmp_path):
     for source in (tmp_path, described(tmp_path / "described", 'files: "../run.csv"\n')):
         with pytest.raises(DataError, match=r"run.csv"):
             open_records(source)
-    (batch,) = open_records(tmp_path, said=Said(50.0))[0].batches()
+    (batch,) = open_records(tmp_path, said=Described(50.0))[0].batches()
     assert batch.sampling_frequency == 50.0
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas
 import pytest
 
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import text as formats_text
 from hydrofdi.records.source import measured_source, plain_source
@@ -154,14 +154,14 @@ def test_a_file_that_cannot_be_read_is_rejected_and_the_others_go_on(tmp_path):
     files[3].touch()
     expected = [("b.csv.gz", "damaged"), ("empty.csv", "empty")]
     for sources in (tmp_path / "measured.yaml", files):
-        made = [batch for source in open_records(sources, [P1], Said()) for batch in source.batches()]
+        made = [batch for source in open_records(sources, [P1], Described()) for batch in source.batches()]
         rejected = [(each.record_id, each.remark.kind) for batch in made for each in batch.rejected]
         assert rejected == expected
         read = [name for batch in made for name in batch.record_ids]
         assert read == ["a.csv", "c.csv"]
     for sources in (files[1], files[1:4:2]):
         with pytest.raises(DataError):
-            open_records(sources, [P1], Said())
+            open_records(sources, [P1], Described())
 
 
 UNKNOWN = """\
@@ -283,7 +283,7 @@ def test_a_column_of_dates_gives_a_record_its_date(tmp_path):
     columns = {"time": time, "P1 [bar]": np.arange(6.0)}
     np.savez(tmp_path / "run.npz", **columns)
     of_frame, of_mapping = (
-        open_records(data, [P1], Said())[0] for data in (pandas.DataFrame(columns), columns)
+        open_records(data, [P1], Described())[0] for data in (pandas.DataFrame(columns), columns)
     )
     for source in (plain_source(tmp_path / "run.npz"), of_frame, of_mapping):
         (batch,) = source.batches()

@@ -12,7 +12,7 @@ from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
 from hydrofdi.records import Channel
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.measured import measured_study
@@ -187,10 +187,10 @@ def test_severity_can_be_the_level_that_was_asked_for(designs, tmp_path):
 P1 = (Channel.CHAMBER_1_PRESSURE,)
 
 COLUMNS = [
-    Column("ring", Output("decay", "1/s", "decay", direction=Direction.RISING), "1/s", P1),
-    Column("ring", Output("parts", "1", "shares", {"part": 2}), "1", P1),
-    Column("ring", Output.quality("error", "1/s", "standard error"), "1/s", P1),
-    Column("never", Output("there", "1", "nothing"), "1", P1),
+    MeasuredOutput("ring", Output("decay", "1/s", "decay", direction=Direction.RISING), "1/s", P1),
+    MeasuredOutput("ring", Output("parts", "1", "shares", {"part": 2}), "1", P1),
+    MeasuredOutput("ring", Output.quality("error", "1/s", "standard error"), "1/s", P1),
+    MeasuredOutput("never", Output("there", "1", "nothing"), "1", P1),
 ]
 
 

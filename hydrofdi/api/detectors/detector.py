@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from hydrofdi.api.arguments import Names, names_of, path_of, refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut, analysed_batches
 from hydrofdi.api.detectors.windows import watched, windows_table
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.detector import Detector as TrainedDetector
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.detectors.trained.judged import Tally, judged_windows
@@ -201,7 +201,7 @@ class Detector(TrainedDetector):
         Tally
             Iterate over it once; afterwards it has counted them: ``n_judged``, ``n_alarm``, ``rate``.
         """
-        said = Said(sampling_frequency, channel, unit)
+        said = Described(sampling_frequency, channel, unit)
         sources = open_records(data, self.file.channels, said)
         for source in sources:
             self.file.require_machine(source.data_sheet, source.name)
@@ -251,7 +251,7 @@ class Detector(TrainedDetector):
         """
         if not isinstance(chunks, Iterable):
             raise refusal("chunks", "chunks of samples, one after another", chunks)
-        return watched(self, chunks, Said(sampling_frequency, channel, unit))
+        return watched(self, chunks, Described(sampling_frequency, channel, unit))
 
     def monitor(
         self,
@@ -318,7 +318,7 @@ class Detector(TrainedDetector):
         stream = open_stream(
             source if isinstance(source, str) else str(path_of(source)),
             kind,
-            sampling_frequency=Said(sampling_frequency).frequency,
+            sampling_frequency=Described(sampling_frequency).frequency,
             is_followed=follow,
             is_resumed=state is not None,
         )

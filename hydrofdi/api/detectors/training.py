@@ -16,7 +16,7 @@ from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.api.stored import read_results
 from hydrofdi.detectors.rules import Promise
 from hydrofdi.detectors.trained.configuration import (
@@ -172,7 +172,7 @@ def train(
         _require_same_score(stated, of_fleet.config)
     if out is not None:
         require_place(path_of(out))
-    said = Said(sampling_frequency, channel, unit, label, group)
+    said = Described(sampling_frequency, channel, unit, label, group)
     labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
     feature = feature_of(stated)
     needed = feature.channels | feature.optional_channels | {stated.window.channel}

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.sources import Said, held, records_of
+from hydrofdi.api.sources import Described, held, records_of
 from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.judged import JudgedWindow, Tally
@@ -25,7 +25,7 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text
 
 
-def watched(detector: Detector, chunks: Iterable[Any], said: Said) -> Iterator[dict[str, Any]]:
+def watched(detector: Detector, chunks: Iterable[Any], said: Described) -> Iterator[dict[str, Any]]:
     """The lines of a stream, as they come."""
     file, state = detector.file, detector.start()
     for chunk in _chunks(chunks, said, said.frequency or file.sampling_frequency):
@@ -34,7 +34,7 @@ def watched(detector: Detector, chunks: Iterable[Any], said: Said) -> Iterator[d
     yield from (line_record(line, file.unit) for line in detector.end(state)[1])
 
 
-def _chunks(chunks: Iterable[Any], said: Said, frequency: float) -> Iterator[Chunk]:
+def _chunks(chunks: Iterable[Any], said: Described, frequency: float) -> Iterator[Chunk]:
     """Chunks with their instants; those without any follow each other."""
     n_before = 0
     for each in chunks:
@@ -104,9 +104,10 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
                 is_shown=True,
             ),
             column("beyond_limit"),
+            *(column(name, "m^3/s") for name in ("leak", "leak_low", "leak_high")),
             column("chart_statistic", title=chart, is_shown=file.chart is not None),
             Column("alarm", alarms, title="verdict", text=[*map(_verdict, windows)], is_text=True),
-            *words("fault", "reason", "doubt"),
+            *words("cause", "fault", "reason", "doubt"),
         ),
         title=f"{file.score_name}, {file.feature.meaning}: alarm {file.alarm_text}",
         notes=tuple(notes),
@@ -117,8 +118,10 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
 def _verdict(window: JudgedWindow) -> str:
     if (fault := window.verdict.fault) is not None:
         return f"not judged, {fault.kind}: {fault.message}"
-    doubt = f", doubtful: {window.verdict.doubt}" if window.verdict.doubt else ""
-    return ("ALARM" if window.alarm else "healthy") + doubt
+    leak = f", {window.verdict.leak}" if window.verdict.leak else ""
+    leak += f" by {window.verdict.cause}" if window.verdict.cause else ""
+    doubt = f"; doubtful: {window.verdict.doubt}" if window.verdict.doubt else ""
+    return (f"ALARM{leak}" if window.alarm else "healthy") + doubt
 
 
 def csv_lines(tally: Tally) -> Iterator[str]:
@@ -177,7 +180,11 @@ def _record(window: JudgedWindow, unit: str) -> dict[str, Any]:
 
 def _fields(window: JudgedWindow, file: DetectorFile) -> dict[str, Any]:
     record, fault = _record(window, file.unit), window.verdict.fault
+    leak = record.get("leak") or {}
     return record | {
+        "leak": leak.get("flow"),
+        "leak_low": leak.get("low"),
+        "leak_high": leak.get("high"),
         "group": window.group,
         "unit": file.unit,
         "low": file.limits.low,
@@ -187,4 +194,5 @@ def _fields(window: JudgedWindow, file: DetectorFile) -> dict[str, Any]:
         "fault": "" if fault is None else fault.kind,
         "reason": "" if fault is None else fault.message,
         "doubt": window.verdict.doubt,
+        "cause": window.verdict.cause,
     }

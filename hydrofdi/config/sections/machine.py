@@ -431,6 +431,9 @@ class LoadConfig(Section):
     random_period: Annotated[float, SI("s", above=0, usual=("1 ms", "1 h"))] = 0.5
     """Time that each level of the pseudo-random force is held [s]. A choice."""
 
+    random_change: Annotated[float, SI("s", least=0, usual=("1 ms", "1 h"))] = 0.0
+    """Beginning of that time in which the force changes evenly from the level before [s]; 0 is a jump."""
+
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed of the pseudo-random force."""
 

@@ -248,7 +248,7 @@ class Detector:
         parts["conditions"], condition, alarm = conditioned(parts["conditions"], self._patience, window)
         if alarm is not None and alarm.kind is EventKind.ALARM_RAISED:
             n_judged, n_alarm = (int(parts["conditions"][name]) for name in ("n_judged", "n_alarm"))
-            found = consequence(self.file, n_judged, n_alarm, verdict.score, verdict.margin, verdict.doubt)
+            found = consequence(self.file, n_judged, n_alarm, verdict.leak, verdict.margin)
             alarm = replace(alarm, text=f"{alarm.text}; {found.sentences}", details=found.to_dict())
         return [replace(window, condition=condition), *events, *filter(None, [alarm])]
 

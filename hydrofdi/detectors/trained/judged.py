@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import WindowLine
-from hydrofdi.detectors.trained.measuring import without_scale
+from hydrofdi.detectors.trained.measuring import Leak, without_scale
 from hydrofdi.detectors.trained.promise import Consequence, consequence
 from hydrofdi.detectors.trained.verdicts import Verdict
 from hydrofdi.errors import Issue
@@ -108,7 +108,7 @@ class Tally:
 
     ``faults``: kind → windows, or records without any, that were not judged, ``n_beyond`` of them with a
     score beyond a limit all the same. ``n_doubtful`` judged ones, with the ``first_doubt``. ``unjudged``:
-    source and record of those of which nothing was judged → the first reason.
+    source and record of those of which nothing was judged nor novel, which is a finding → the first reason.
     """
 
     def __init__(self, file: DetectorFile, windows: Iterable[JudgedWindow]) -> None:
@@ -119,7 +119,7 @@ class Tally:
         self.unjudged: dict[tuple[str, str], str] = {}
         self._windows = windows
         self._outcomes: list[float] = []
-        self._alarming: list[float] = []
+        self._alarming: list[Leak] = []
         self._groups: list[str] = []
         self._blocks: list[str] = []
         self._records: set[tuple[str, str]] = set()
@@ -143,11 +143,12 @@ class Tally:
         if verdict.doubt:
             self.n_doubtful += 1
             self.first_doubt = self.first_doubt or verdict.doubt
-        if window.alarm is not None:
+        if verdict.fault is None or verdict.fault.kind == "novel":
             self.unjudged.pop(record, None)
+        if window.alarm is not None:
             self._outcomes.append(float(window.alarm))
-            if window.alarm and verdict.score is not None:
-                self._alarming.append(verdict.score)
+            if window.alarm and verdict.leak is not None:
+                self._alarming.append(verdict.leak)
             self._groups.append(window.group or " ".join(record))
             self._blocks.append(" ".join((*record, str(int(comparable(window.start / self._duration))))))
             self._has_groups |= bool(window.group)
@@ -193,10 +194,9 @@ class Tally:
 
     @property
     def consequence(self) -> Consequence:
-        """What the alarms come to; the flow is that of their median score."""
-        score = float(np.median(self._alarming)) if self._alarming else None
-        doubt = self.first_doubt if self.n_doubtful >= self.n_alarm else ""
-        return consequence(self.file, self.n_judged, self.n_alarm, score, doubt=doubt)
+        """What the alarms come to; the leak is their median."""
+        leak = Leak(*np.median(self._alarming, axis=0).tolist()) if self._alarming else None
+        return consequence(self.file, self.n_judged, self.n_alarm, leak)
 
     @property
     def rate(self) -> Rate:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.scores.configuration import OF_ONE
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import Output, measure
@@ -18,6 +19,8 @@ from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, State, Window
+from hydrofdi.settings.readable import number_text
+from hydrofdi.units import convert
 
 TEMPERATURE = Channel.OIL_TEMPERATURE
 
@@ -31,6 +34,27 @@ indicator had a score before; else time since its start [s], because its first w
 
 _LEAST_CHECKED_TIME = 1.0
 """Minimum time before an estimate whose samples are checked [s]."""
+
+
+class Leak(NamedTuple):
+    """Mean flow across piston and closed valve of any law, and its standard deviation [m³/s]."""
+
+    flow: float
+    deviation: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Two deviations around the flow, not below zero [m³/s]."""
+        return max(0.0, self.flow - 2.0 * self.deviation), max(0.0, self.flow + 2.0 * self.deviation)
+
+    def to_dict(self) -> dict[str, float]:
+        """The flow, and the ends of its interval."""
+        low, high = self.interval
+        return {"flow": self.flow, "low": low, "high": high}
+
+    def __str__(self) -> str:
+        flow, low, high = (number_text(convert(each, "L/min"), 2) for each in (self.flow, *self.interval))
+        return f"a leak of {flow} L/min in the mean ({low} to {high})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +71,9 @@ class Measured:
         Outputs that state how well the model explains the samples; conditions of the machine, in SI, NaN if
         there are none.
     clearance : float
-        Share of the flow through clearances that moves the first number in warmer oil.
+        Flow through all clearances, of which numbers take up shares.
+    leak : Leak or None
+        None if the indicator does not state it.
     """
 
     numbers: Array
@@ -56,6 +82,7 @@ class Measured:
     fits: Mapping[str, float] = field(default_factory=dict)
     conditions: Mapping[str, float] = field(default_factory=dict)
     clearance: float = math.nan
+    leak: Leak | None = None
 
 
 def records_of(
@@ -81,9 +108,7 @@ def measured_windows(
     measures, indicators = measure(records, feature.indicators), feature.indicators
     values, numbers = measures.values, feature.values(measures.values)
     doubts = [doubts_of(each, values, f"{label}.", fits) for label, each in indicators.items()]
-    flow, share = feature.described.clearances
-    through_all = values.get(f"{next(iter(indicators))}.{flow}")
-    clearances = numbers[:, 0] if through_all is None else share * through_all
+    clearances = values.get(feature.through_all, numbers[:, 0])
     stated = {name: values[name] for name, output in feature.outputs.items() if output.is_fit}
     conditions = temperatures(records) | {name: values[name] for name in estimated_conditions(feature)}
     found = []
@@ -95,11 +120,22 @@ def measured_windows(
                 Issue(obstacle, kind="no_number") if obstacle else None,
                 tuple(chain.from_iterable(each[row] for each in doubts)),
                 of_row(stated, row),
-                of_row(conditions, row),
+                of_row(conditions, row) | _invisible(chain.from_iterable(each[row] for each in doubts)),
                 float(clearances[row]),
+                _leak(feature, values, row),
             )
         )
     return found
+
+
+def _leak(feature: Feature, values: Mapping[str, Array], row: int) -> Leak | None:
+    found = Leak(*(float(values[name][row]) for name in feature.leak)) if feature.leak else None
+    return found if found and math.isfinite(sum(found)) else None
+
+
+def _invisible(doubts: Iterable[Issue]) -> dict[str, float]:
+    """A bulk modulus is unknown, not another one, where no compressibility is visible."""
+    return {each.where: math.nan for each in doubts if each.kind == "incompressible"}
 
 
 def of_row(columns: Mapping[str, Array], row: int) -> dict[str, float]:
@@ -110,7 +146,7 @@ def of_row(columns: Mapping[str, Array], row: int) -> dict[str, float]:
 def estimated_conditions(feature: Feature) -> dict[str, Output]:
     """Outputs that describe the condition of the machine and are not judged themselves."""
     numbers = [*feature.numbers]
-    is_single = feature.score is None or feature.score.kind == "compensated"
+    is_single = feature.score is None or feature.score.kind in OF_ONE
     judged = numbers[:1] if is_single else numbers
     return {
         name: each
@@ -146,7 +182,7 @@ class Estimator:
             raise ConfigError(f"only {followed} can be judged by estimate, not {feature.label}")
         self.indicator: RecursiveIndicator[Any] = indicator
         self._score, self._channels, self.sampling_frequency = followed, tuple(channels), sampling_frequency
-        self._prefix, self._fits = followed.partition(".")[0] + ".", fits
+        self._feature, self._prefix, self._fits = feature, followed.partition(".")[0] + ".", fits
         self._conditions = [*estimated_conditions(feature)]
         self.n_every = indicator.samples_per_estimate(sampling_frequency)
         self.interval = self.n_every / sampling_frequency
@@ -224,8 +260,10 @@ class Estimator:
             if not has_score:
                 lost = f"{self._score} has had no value for {n_lost * self.interval:.4g} s"
                 fault = Issue(f"{lost}; {self._anew}" if is_given_up else lost, kind="no_number")
-            explained, conditions = of_row(fits, row), of_row(known, row)
-            each = Measured(numbers, fault, doubts[row], explained, conditions, float(numbers[0]))
+            explained, conditions = of_row(fits, row), of_row(known, row) | _invisible(doubts[row])
+            leak = _leak(self._feature, values, row)
+            clearance = float(values.get(self._feature.through_all, values[self._score])[row])
+            each = Measured(numbers, fault, doubts[row], explained, conditions, clearance, leak)
             found.append((int(place), each))
             if is_given_up:
                 return self.start(), int(place) + 1, found

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.measuring import Leak
 from hydrofdi.detectors.trained.verdicts import coverage
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
@@ -15,9 +15,6 @@ from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constant
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import count_text, number_text, percent, plain, shown_quantity, time_text
 from hydrofdi.units import convert
-
-_ORIFICE, _FLOW = "leakage", "m^3/s"
-"""Output that is the flow of an orifice at a reference pressure, and the unit of flows."""
 
 _CHANCE, _FAR = 0.01, 10.0
 """Probability of as many false alarms below which they are not chance, and healthy spreads beyond the limit
@@ -36,10 +33,8 @@ class Consequence:
         Windows or estimates that were judged, and alarms among them.
     false_alarms_expected : float
         Alarms among as many of a healthy machine.
-    flow, pressure_difference : float or None
-        Leakage flow [m³/s], of a compensated score its increase; and the pressure difference that it is
-        stated for [Pa]: the supply pressure of the data sheet, else that of the score. None: the mean over
-        the window.
+    leak : Leak or None
+        Its size; None if the indicator does not state it.
     drift : float or None
         Speed of the piston if this flow passes it while both ports are closed [m/s]: flow over piston area.
     recommendation : str
@@ -49,8 +44,7 @@ class Consequence:
     windows_judged: int
     alarms: int
     false_alarms_expected: float
-    flow: float | None
-    pressure_difference: float | None
+    leak: Leak | None
     drift: float | None
     recommendation: str
 
@@ -59,12 +53,9 @@ class Consequence:
         """What is known, and the recommendation."""
         expected = count_text(self.false_alarms_expected)
         texts = [f"{counted(self.alarms, 'alarm')} until now, {expected} expected of a healthy machine"]
-        if self.flow is not None:
-            where = "on average over the window"
-            if self.pressure_difference is not None:
-                where = f"at {shown_quantity(self.pressure_difference, 'Pa')}"
-            drift = "" if self.drift is None else f", a drift of {number_text(6e4 * self.drift, 3)} mm/min"
-            texts.append(f"a leak of {number_text(convert(self.flow, 'L/min'), 3)} L/min {where}{drift}")
+        if self.leak is not None:
+            drift = "" if self.drift is None else f", a drift of {number_text(6e4 * self.drift, 2)} mm/min"
+            texts.append(f"{self.leak}{drift}")
         return f"{'; '.join(texts)}; {self.recommendation}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -73,8 +64,8 @@ class Consequence:
             "windows_judged": self.windows_judged,
             "alarms": self.alarms,
             "false_alarms_expected": self.false_alarms_expected,
-            "flow_L_per_min": None if self.flow is None else convert(self.flow, "L/min"),
-            "pressure_difference_MPa": self.pressure_difference and self.pressure_difference / 1e6,
+            "flow_L_per_min": self.leak and convert(self.leak.flow, "L/min"),
+            "flow_interval_L_per_min": self.leak and [convert(each, "L/min") for each in self.leak.interval],
             "drift_mm_per_min": None if self.drift is None else 6e4 * self.drift,
             "recommendation": self.recommendation,
         }
@@ -84,44 +75,29 @@ def consequence(
     file: DetectorFile,
     windows_judged: int,
     alarms: int,
-    score: float | None,
+    leak: Leak | None,
     margin: float | None = None,
-    doubt: str = "",
 ) -> Consequence:
-    """What alarms come to, of which one, or the median, has a score."""
-    flow = pressure = drift = None
-    area = _constant(file, "piston_area")
-    if score is not None and file.unit == _FLOW and score > 0.0:
-        flow = score
-        if file.feature.described.name == _ORIFICE:
-            stated = float(file.feature.indicator.options.reference_pressure)
-            pressure = _constant(file, "supply_pressure", is_stated=True) or stated
-            flow *= math.sqrt(pressure / stated)
-        drift = flow / area if area else None
+    """What alarms come to, of which one, or the median, has a size and a margin."""
+    options = file.feature.indicator.options
+    assumed = None if "piston_area" in file.assumed else getattr(options, "piston_area", None)
+    area = file.data_sheet.get("piston_area", assumed)
     expected, chart = windows_judged * file.limits.false_alarm_rate, file.config.chart
     if chart is not None:
         # at least those of the chart itself
         expected = windows_judged * (file.n_every / file.sampling_frequency / chart.false_alarm_every)
-    advice = _advice(file, alarms, expected, margin, doubt)
-    return Consequence(windows_judged, alarms, expected, flow, pressure, drift, advice)
+    drift = leak.flow / area if leak and area else None
+    advice = _advice(file, alarms, expected, margin)
+    return Consequence(windows_judged, alarms, expected, leak, drift, advice)
 
 
-def _constant(file: DetectorFile, name: str, *, is_stated: bool = False) -> float | None:
-    """A constant of the data sheet, or of the options unless it was left at its default."""
-    options = file.feature.indicator.options
-    own = None if is_stated or name in file.assumed else getattr(options, name, None)
-    found = file.data_sheet.get(name, own)
-    return float(found) if found is not None else None
-
-
-def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | None, doubt: str) -> str:
+def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | None) -> str:
     from scipy.special import pdtrc
 
-    if doubt:
-        return f"look at the signals first ('hydrofdi inspect'): the verdict is doubtful ({_PAGE})"
     is_far = margin is not None and margin < -_FAR
     if file.chart is not None or is_far or (alarms and pdtrc(alarms - 1, expected) < _CHANCE):
-        return f"more than chance explains: check the signals, then 'hydrofdi diagnose' ({_PAGE})"
+        first = "check the signals ('hydrofdi inspect'), then 'hydrofdi diagnose'"
+        return f"more than chance explains: {first} ({_PAGE})"
     return f"this may be chance: wait and see whether most of the next ten {file.noun}s alarm, too ({_PAGE})"
 
 
@@ -162,7 +138,14 @@ def sentences(
     }[window.by]
     every = f", one every {window.every:g} s," if window.every and window.every != window.duration else ""
     yield f"It judges {what}{every} at {file.sampling_frequency:g} Hz and needs {channels}."
-    if file.score is not None:
+    if len(feature.judged) > 1:
+        first, second = feature.judged
+        yield (
+            f"It alarms by {first}, as of a hole or a scored bore, or by {second}, as of a gap or of a valve"
+            " that leaks more; they keep the false-alarm rate together. An alarm states the mean flow of any"
+            " law."
+        )
+    elif file.score is not None:
         yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."
     for constants in dict.fromkeys(map(_constants_text, feature.indicators.values())):
         if constants:
@@ -175,7 +158,7 @@ def sentences(
         )
         yield f"Warning: {assumption_text(', '.join(assuming), file.assumed)}."
     if " at " in (meaning := feature.meaning):
-        yield f"The score is the {meaning}; studies state mean flows, which are smaller."
+        yield f"The score is the {meaning}; an alarm states the mean flow of any law."
     if file.chart is None:
         yield f"A score {file.alarm_text} is an alarm."
         yield _threshold(file)
@@ -251,7 +234,7 @@ def _cautions(file: DetectorFile, *, is_unlabelled: bool) -> Iterator[str]:
     is_fit = {name for name, output in file.feature.outputs.items() if output.is_fit}
     for name, count in basis.impossible.items():
         if name not in is_fit:
-            yield f"Warning: {name} is physically impossible in {count:,} of them."
+            yield f"Warning: {name} is beyond what a machine has in {count:,} of them."
     if unfit := [name for name in is_fit if 2 * basis.impossible.get(name, 0) > basis.n_window]:
         yield (
             f"Warning: by {' and '.join(sorted(unfit))} of most of them, the data sheet does not fit: the"

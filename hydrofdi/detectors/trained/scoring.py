@@ -23,6 +23,7 @@ from hydrofdi.detectors.trained.measuring import (
 )
 from hydrofdi.detectors.trained.verdicts import channel_facts, widened
 from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.indicators.measuring import spool_remedy
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, EvenStream, TimeWindower, Window, Windower
@@ -59,7 +60,7 @@ class HealthyScores:
     not_judged, reasons : Counter of str
         Kind of fault and message → number of windows or estimates that have no score.
     n_impossible, n_refused, n_not_positive : Counter of str
-        Output → number of windows in which it is impossible, more than a misfit, or not positive.
+        Output → number of windows in which it is doubtful, impossible, or not positive.
     fits : dict of str to float
         Output that states how well the model explains a window → largest value.
     conditions : dict of str to (float, float)
@@ -185,11 +186,13 @@ class HealthyScores:
             return
         for doubt in found.doubts:
             self.n_impossible[doubt.where] += 1
-            self.n_refused[doubt.where] += doubt.kind != "misfit"
+            self.n_refused[doubt.where] += doubt.kind not in OF_LEAKS
             self.n_not_positive[doubt.where] += doubt.kind == "not_positive"
         for name, value in found.fits.items():
             self.fits[name] = float(np.fmax(self.fits.get(name, value), value))
-        self.conditions = widened(self.conditions, found.conditions)
+        doubtful = {doubt.where for doubt in found.doubts}
+        sound = {name: value for name, value in found.conditions.items() if name not in doubtful}
+        self.conditions = widened(self.conditions, sound)
         self.clearances.append(found.clearance)
 
     def _check(self, batch: RecordBatch) -> None:

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile, Scale
-from hydrofdi.detectors.trained.measuring import TEMPERATURE, Measured, of_row
+from hydrofdi.detectors.trained.measuring import TEMPERATURE, Leak, Measured, of_row
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.scores import Direction, comparable
+from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import ZEROS
@@ -42,6 +43,9 @@ _FEW = 30
 _PILE, _PILE_LEAST = 2.0, 0.02
 """Factor and offset of the healthy fraction of samples at an end value, above which a window is clipped."""
 
+_MORE_HELD = 0.25
+"""Fraction of repeated samples, beyond that of healthy windows, of a channel that is updated more slowly."""
+
 _COMMANDS = (Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION)
 """Channels that normally rest at their end values."""
 
@@ -58,7 +62,8 @@ def channel_facts(samples: Array) -> dict[str, Array]:
     dict of str to ndarray, shape (n_window,)
         ``low`` and ``high``: 1 % and 99 % quantile, as order statistics. ``activity``: RMS difference between
         adjacent samples. ``at_end``: fraction of samples at the lowest or at the highest value, whichever is
-        larger; ``is_at_high``: whether that is the highest. ``lowest`` and ``highest``.
+        larger; ``is_at_high``: whether that is the highest. ``lowest`` and ``highest``. ``held``: fraction of
+        samples that repeat the one before, without those at an end value.
     """
     n_time = samples.shape[1]
     rank = int(_TAIL * (n_time - 1))
@@ -67,6 +72,8 @@ def channel_facts(samples: Array) -> dict[str, Array]:
     at_low, at_high = (
         np.count_nonzero(samples == end[:, None], axis=1) / n_time for end in (lowest, highest)
     )
+    repeats = (samples[:, 1:] == samples[:, :-1]) & (samples[:, 1:] != lowest[:, None])
+    repeats &= samples[:, 1:] != highest[:, None]
     with np.errstate(over="ignore", invalid="ignore"):
         activity = (
             np.sqrt(np.mean(np.diff(samples, axis=1) ** 2, axis=1)) if n_time > 1 else np.zeros(len(samples))
@@ -79,14 +86,14 @@ def channel_facts(samples: Array) -> dict[str, Array]:
         "lowest": lowest,
         "highest": highest,
         "is_at_high": at_high > at_low,
+        "held": np.count_nonzero(repeats, axis=1) / n_time,
     }
 
 
 def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> ChannelRange:
     """Range of a channel, learned from the statistics of all healthy windows."""
-    low, high, activity, at_end = (
-        np.concatenate([each[name] for each in facts]) for name in ("low", "high", "activity", "at_end")
-    )
+    names = ("low", "high", "activity", "at_end", "held")
+    low, high, activity, at_end, repeated = (np.concatenate([each[name] for each in facts]) for name in names)
     span, wider = float(high.max() - low.min()), 1.0 + _FEW / low.size
     factor = _ACTIVITY**wider
     return ChannelRange(
@@ -94,6 +101,7 @@ def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> Cha
         high=_widened(high, span, wider),
         activity=(float(activity.min()) / factor, float(activity.max()) * factor),
         at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * float(at_end.max()) + _PILE_LEAST),
+        held=1.0 if channel in _COMMANDS else min(1.0, float(repeated.max()) + _MORE_HELD),
     )
 
 
@@ -162,6 +170,9 @@ def _shown(name: str, value: float) -> str:
 _FAR = 10.0
 """Healthy spreads in the distance from which a score on the side without an alarm is novel."""
 
+_MOST_WIDENED = 10.0
+"""How much less certain than in healthy windows a score may be beyond their oil temperature; a choice."""
+
 _QUANTITIES = {
     "low": "1 % quantile",
     "high": "99 % quantile",
@@ -187,6 +198,10 @@ class Verdict:
         Why the verdict is doubtful, which it remains all the same; empty if it is not.
     temperature : float or None
         Mean oil temperature [K]; None if it is not measured.
+    leak : Leak or None
+        Size of a leak, whatever is judged; None if the indicator does not state it.
+    cause : str
+        Of several numbers with limits of their own, the one that alarms, and what looks like it.
     """
 
     score: float | None = None
@@ -195,6 +210,8 @@ class Verdict:
     fault: Issue | None = None
     doubt: str = ""
     temperature: float | None = None
+    leak: Leak | None = None
+    cause: str = ""
 
     @property
     def is_beyond(self) -> bool | None:
@@ -226,7 +243,8 @@ def verdict_of(
     known = {**measured.conditions, **conditions}
     other, temperature = outside(file.conditions, file.basis.n_window, known), known.get(TEMPERATURE)
     if other is not None and other.where == TEMPERATURE:
-        fault = fault or other
+        is_compensated = 1.0 < file.widening(measured.numbers) <= _MOST_WIDENED
+        fault, other = (fault, None) if is_compensated else (fault or other, other)
     if math.isnan(score) and (fault is None or fault.kind == "novel"):
         fault = fault or measured.fault or Issue("the indicator has no value", kind="no_number")
     if fault is not None and (fault.kind != "novel" or math.isnan(score)):
@@ -242,15 +260,16 @@ def verdict_of(
     fault = fault or next((Issue(each.message, kind="novel") for each in reasons), None)
     if distance >= 0.0:
         fault = fault or other or _wrong_side(file, score)
-    elif other is not None:
-        doubts = (*doubts, other)
+    else:
+        doubts = (*(each for each in doubts if each.kind not in OF_LEAKS), *filter(None, [other]))
     if fault is None:
         more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
+        cause = file.cause(measured.numbers) if distance < 0.0 else ""
         doubt = "".join(each.message for each in doubts[:1]) + more
-        return Verdict(score, distance < 0.0, margin, None, doubt, temperature)
+        return Verdict(score, distance < 0.0, margin, None, doubt, temperature, measured.leak, cause)
     if distance < 0.0:
         fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
-    return Verdict(score, None, margin, fault, temperature=temperature)
+    return Verdict(score, None, margin, fault, temperature=temperature, leak=measured.leak)
 
 
 def _wrong_side(file: DetectorFile, score: float) -> Issue | None:
@@ -292,6 +311,11 @@ def _finding(
         healthy = ranges[channel]
         if own["lowest"] == own["highest"] and healthy.at_end < 1.0:
             kinds["stuck"].append(f"{channel} is constant, but varies in healthy windows")
+        elif own["held"] > healthy.held:
+            kinds["stuck"].append(
+                f"{own['held']:.0%} of {channel} repeat the sample before; healthy windows allow"
+                f" {healthy.held:.0%}: it is updated more slowly, or frozen for a part"
+            )
         if comparable(own["at_end"]) > comparable(healthy.at_end):
             end = "highest" if own["is_at_high"] else "lowest"
             shown = shown_quantity(float(own[end]), channel.unit)

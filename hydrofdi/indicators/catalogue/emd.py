@@ -50,7 +50,9 @@ def _mean_of_envelopes(signal: Array) -> Array | None:
     maxima, minima = find_peaks(signal)[0], find_peaks(-signal)[0]
     if min(maxima.size, minima.size) < 2:
         return None
+    # The end of a record is the start of the reversed one.
     last, instants = signal.size - 1, np.arange(signal.size)
+    # Extrema are mirrored at both ends, or the splines would swing there.
     starts, first = _before_start(signal, maxima, minima)
     ends, turned = _before_start(signal[::-1], last - maxima[::-1], last - minima[::-1])
     envelopes = []

@@ -35,12 +35,14 @@ def analytic_signal(
     """
     n_time = signal.shape[-1]
     gain = _gain(np.arange(n_time // 2 + 1) * (sampling_frequency / n_time), band)
+    # Without negative frequencies and with twice the others, the imaginary part is the Hilbert transform.
     analytic: NDArray[np.complex128] = np.fft.ifft(2.0 * gain * np.fft.rfft(signal, axis=-1), n_time, axis=-1)
     return analytic
 
 
 def _gain(frequency: Array, band: tuple[float, float]) -> Array:
     low, high = band
+    # Distance from the nearer end of the band, in widths of a transition.
     inside = np.minimum(frequency - low, high - frequency) / (_EDGE * (high - low))
     gain: Array = np.sin(0.5 * np.pi * np.clip(inside, 0.0, 1.0)) ** 2
     return gain
@@ -125,6 +127,7 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
 def _decay_rates(envelopes: Array, sampling_frequency: float) -> Array:
     """Decay rates of windows (n_step, n_time) [1/s]; larger values have larger weights."""
     time = np.arange(envelopes.shape[1]) / sampling_frequency
+    # Noise of ln A grows as 1/A, so the weight of least squares is A².
     weight = np.square(envelopes)
     weight /= weight.sum(axis=1, keepdims=True)
     apart = time - np.sum(weight * time, axis=1, keepdims=True)

@@ -40,7 +40,7 @@ class PressureBalance(BalanceIndicator[PressureBalanceOptions]):
     """Internal leakage from the volume balance, with the spring load in place of a position sensor."""
 
     name = "pressure_balance"
-    version = 4
+    version = 5
     source = "flow_balance with A x_p' = A² ΔP'/K_ex: specific to hydrofdi"
     equation = (
         "∫φ q_1 = K_i ∫φ sgn(ΔP) √abs(ΔP) + (A²/K_ex) ∫φ ΔP' + (1/β) ∫φ (V + A² ΔP/K_ex) P_1'; q_1 and"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -57,6 +58,16 @@ class Stretches:
         )
         return slopes
 
+    def drift_errors(self, signal: Array, slopes: Array) -> Array:
+        """Standard deviations of `drifts` from their residuals, which are taken as white noise."""
+        left = signal.reshape(-1)[self.places] - np.repeat(self.means(signal), self.length)
+        left -= np.repeat(slopes[self.record], self.length) * self.time
+        squares = np.bincount(self.record, self.length * (np.square(self.length) - 1.0) / 12.0, len(signal))
+        free = self.n_sample(len(signal)) - np.bincount(self.record, minlength=len(signal)) - 1.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left_squares = np.bincount(self.record, self._sums(np.square(left)), len(signal))
+            return np.sqrt(left_squares / np.maximum(free, 1.0) / squares)
+
     def _sums(self, samples: Array) -> Array:
         sums: Array = np.add.reduceat(samples, self.first) if self.first.size else np.zeros(0)
         return sums
@@ -85,7 +96,7 @@ def stretches_where(holds: NDArray[np.bool_], settling: int, least: int) -> Stre
     )
 
 
-_CHAMBERS = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE
+_P1, _P2 = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE
 _SHOWN_BY = {"command": Channel.INPUT_VOLTAGE, "position": Channel.PISTON_POSITION}
 
 
@@ -115,6 +126,20 @@ class PressureDecayOptions(Section):
     least_duration: Annotated[float, SI("s", above=0)] = 0.2
     """Minimum duration of a rest after settling [s]."""
 
+    enclosed_volume: Annotated[float, SI("m^3", above=0)] | None = None
+    """Volume of fluid that the closed valve encloses with the gauge of chamber 1, hoses included [m³]. With
+    it, the leak out of this volume is stated as a flow."""
+
+    volume_deviation: Annotated[float, SI("1", least=0)] = 0.05
+    """Relative standard deviation of this volume [-]."""
+
+    bulk_modulus: Annotated[float, SI("Pa", least=1e4, most=1e11)] = 1e9
+    """Effective bulk modulus β of fluid and walls at the pressure of the test [Pa]; of a gas n·P, with n = 1
+    if it is slow."""
+
+    bulk_modulus_deviation: Annotated[float, SI("1", least=0)] = 0.3
+    """Relative standard deviation of β [-]."""
+
 
 class PressureDecay(Indicator[PressureDecayOptions]):
     """Rates of change of the chamber pressures, and of the magnitude of their difference, while the
@@ -127,32 +152,40 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         "EN 1779 (1999), leak testing by pressure change; least squares over the rests is specific to"
         " hydrofdi"
     )
-    equation = "dP/dt: common slope of all rests; dP_1/dt ≈ −(β/V) q_il with piston at rest and valve closed"
+    equation = "dP/dt: common slope of all rests; dP_1/dt = −(β/V) q with piston at rest and valve closed"
+    caution = (
+        "Enclosed oil that cools by 0.1 K shrinks by 0.007 %, which looks like a leak of as much: wait until"
+        " temperatures are even."
+    )
     absence = "no rest is long enough"
     Options = PressureDecayOptions
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """Both chamber pressures, and the channel that ``rest`` names."""
-        shown_by = _SHOWN_BY.get(self.options.rest)
-        return frozenset(_CHAMBERS) | (frozenset() if shown_by is None else {shown_by})
+        """The pressure of chamber 1, and the channel that ``rest`` names."""
+        return frozenset({_P1, _SHOWN_BY.get(self.options.rest, _P1)})
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
-        """Channels that may show the rests."""
-        return frozenset(_SHOWN_BY.values()) if self.options.rest == "auto" else frozenset()
+        """The other pressure, and channels that may show the rests."""
+        return frozenset({_P2, *(_SHOWN_BY.values() if self.options.rest == "auto" else ())})
 
-    outputs = (
-        Output("chamber_1", "Pa/s", "rate of change of the chamber-1 pressure at rest"),
-        Output("chamber_2", "Pa/s", "rate of change of the chamber-2 pressure at rest"),
-        Output(
-            "difference",
-            "Pa/s",
-            "rate of change of the magnitude of the pressure difference at rest",
-            direction=Direction.FALLING,
-        ),
-        Output.quality("duration", "s", "time at rest that was used"),
-    )
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Rates; with an enclosed volume the leak out of it, too."""
+        rate, rising = "rate of change of the {} at rest", Direction.RISING
+        difference = rate.format("magnitude of the pressure difference")
+        rates = (
+            Output("chamber_1", "Pa/s", rate.format("chamber-1 pressure")),
+            Output("chamber_2", "Pa/s", rate.format("chamber-2 pressure")),
+            Output("difference", "Pa/s", difference, direction=Direction.FALLING),
+            Output.quality("duration", "s", "time at rest that was used"),
+        )
+        if self.options.enclosed_volume is None:
+            return rates
+        text = "leak out of the enclosed volume"
+        leak = Output("leak", "m^3/s", text, direction=rising, error="leak_error")
+        return (*rates, leak, Output.quality("leak_error", "m^3/s", "standard deviation of this leak"))
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the rests cannot be found."""
@@ -166,23 +199,32 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         return None
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Rates [Pa/s], each (n_record,); NaN if a record has no rest."""
+        """Rates [Pa/s] and leak [m³/s], each (n_record,); NaN without a rest or the pressure."""
         frequency, options = records.sampling_frequency, self.options
         rests = stretches_where(
             self._is_resting(records),
             round(options.settling * frequency),
             max(2, round(options.least_duration * frequency)),
         )
-        first, second = (records[channel] for channel in _CHAMBERS)
+        first = records[_P1]
+        second = records[_P2] if _P2 in records.channels else np.full_like(first, np.nan)
         difference = first - second
         duration = rests.n_sample(records.n_record) / frequency
         signs = np.sign(rests.means(difference))
-        return {
-            "chamber_1": frequency * rests.drifts(first),
+        slopes = rests.drifts(first)
+        values = {
+            "chamber_1": frequency * slopes,
             "chamber_2": frequency * rests.drifts(second),
             "difference": frequency * rests.drifts(difference, signs),
             "duration": np.where(duration > 0.0, duration, np.nan),
         }
+        if options.enclosed_volume is not None:
+            compliance = options.enclosed_volume / options.bulk_modulus
+            noise = compliance * frequency * rests.drift_errors(first, slopes)
+            values["leak"] = -compliance * values["chamber_1"]
+            share = math.hypot(options.volume_deviation, options.bulk_modulus_deviation)
+            values["leak_error"] = np.hypot(noise, share * values["leak"])
+        return values
 
     def _shown_by(self, records: RecordBatch) -> str | None:
         if self.options.rest != "auto":

@@ -36,6 +36,7 @@ def variational_modes(
     """
     from scipy.fft import dct
 
+    # A cosine transform mirrors the record at its ends, so that they do not jump as in a Fourier transform.
     spectrum = dct(signal - signal.mean(), norm="ortho")
     spectrum[0] = 0.0
     frequency = np.arange(signal.size) / (2.0 * signal.size)
@@ -46,6 +47,7 @@ def variational_modes(
         iteration, change = iteration + 1, 0.0
         for number, mode in enumerate(modes):
             total -= mode
+            # Wiener filter about the centre, of what the other modes leave.
             updated = (spectrum - total) / (1.0 + bandwidth_weight * np.square(frequency - centres[number]))
             total += updated
             change += _relative(float(np.sum(np.square(updated - mode))), power[number])

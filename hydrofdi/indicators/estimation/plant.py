@@ -32,7 +32,7 @@ class Moving(NamedTuple):
     velocity: float
 
 
-class Held(NamedTuple):
+class RandomWalks(NamedTuple):
     """States that are constant within a sample and perform random walks; zero for the nominal plant.
 
     `resistance`: friction and load [N], minus friction if that is modelled; `leakage` at the reference
@@ -53,7 +53,7 @@ class Held(NamedTuple):
     bias_2: float
 
 
-STATES = Moving._fields + Held._fields
+STATES = Moving._fields + RandomWalks._fields
 """Names of all states, in order."""
 
 N_MOVING, N_STATE = len(Moving._fields), len(STATES)
@@ -102,7 +102,7 @@ class Actual(NamedTuple):
 
 
 @equation
-def actual(held: Held, supply: float, plant: Plant) -> Actual:
+def actual(held: RandomWalks, supply: float, plant: Plant) -> Actual:
     """Actual parameters of the plant for the held states and a nominal supply pressure [MPa]."""
     return Actual(
         plant.bulk_modulus * np.exp(held.bulk_modulus),

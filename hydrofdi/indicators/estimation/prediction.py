@@ -15,9 +15,9 @@ from hydrofdi.indicators.estimation.plant import (
     PER_MINUTE,
     STATES,
     Actual,
-    Held,
     Moving,
     Plant,
+    RandomWalks,
     actual,
     mean_rates,
     moved,
@@ -148,9 +148,9 @@ def moving_of(state: Array) -> Moving:
 
 
 @equation
-def held_of(state: Array) -> Held:
-    """Held states of a state vector."""
-    return Held(
+def held_of(state: Array) -> RandomWalks:
+    """Random walks of a state vector."""
+    return RandomWalks(
         state[4], state[5], state[6], state[7], state[8], state[9], state[10], state[11], state[12], state[13]
     )
 

@@ -26,17 +26,21 @@ _WIDTH = N_UNKNOWN + 1
 
 _LEAK, _CLEARANCE = UNKNOWNS.index("internal_coefficient"), UNKNOWNS.index("clearance")
 
-_CORRELATED = 25.0
-"""Number of windows that share an error of the model: about 0.8 s at 500 Hz."""
+_CORRELATED = 50.0
+"""Number of windows that share an error of the model: about 1.6 s at 500 Hz."""
 
 _N_FIT = 4
 """Largest number of fits until error and misfit agree."""
 
-_LEAKIER = 10.0
-"""Clearance that the stated deviations allow, over its prior deviation: valves of one type differ as much."""
+_WIDER = 3.0
+"""Deviations from the data sheet that the stated deviations allow, over the prior ones. Priors are narrow so
+that the record decides; machines of one type differ more."""
 
-_LAW = 0.15
-"""Relative standard deviation of a mean flow whose law is unknown."""
+_NOT_LAMINAR = 0.03
+"""Relative standard deviation of the flow through the clearance from one that is proportional to ΔP."""
+
+_LAW = 0.3
+"""Relative standard deviation of a mean flow whose law and place on the stroke are unknown."""
 
 
 class RlsState(NamedTuple):
@@ -241,27 +245,35 @@ def fit(
 
 
 @equation
-def variance_of(i: int, j: int, inverse: Any) -> float:
-    """Covariance of two estimates that allows for a leakier valve than the prior."""
-    allowed = (_LEAKIER * _LEAKIER - 1.0) * inverse[i, _CLEARANCE] * inverse[j, _CLEARANCE]
-    return inverse[i, j] + allowed  # type: ignore[no-any-return]
+def covariance_of(i: int, j: int, inverse: Any) -> float:
+    """Covariance of two estimates if the machine differs from its data sheet by more than the priors."""
+    # C (N + κ² I) C = C + (κ² − 1) C², C = (N + I)⁻¹, κ² the variance of the unknowns over the prior one.
+    total: float = inverse[i, j]
+    for k in range(N_UNKNOWN):
+        if k not in (_LEAK, _CLEARANCE):
+            total += (_WIDER * _WIDER - 1.0) * inverse[i, k] * inverse[j, k]
+    return total
 
 
 @equation
 def combined_variance(of_leak: float, of_clearance: float, inverse: Any) -> float:
     """Variance of a combination of the estimates of leak and clearance, with factors in prior deviations."""
-    both = 2.0 * of_leak * of_clearance * inverse[_LEAK, _CLEARANCE]
-    alone = of_leak * of_leak * inverse[_LEAK, _LEAK]
-    total: float = alone + both + of_clearance * of_clearance * inverse[_CLEARANCE, _CLEARANCE]
+    both = 2.0 * of_leak * of_clearance * covariance_of(_LEAK, _CLEARANCE, inverse)
+    alone = of_leak * of_leak * covariance_of(_LEAK, _LEAK, inverse)
+    total: float = alone + both + of_clearance * of_clearance * covariance_of(_CLEARANCE, _CLEARANCE, inverse)
     return total
 
 
 @equation
-def write_estimate(deviations: Any, s: Scratch, out: Any) -> None:
+def write_estimate(reference: float, deviations: Any, s: Scratch, out: Any) -> None:
     """Write the estimates and their standard deviations."""
     for i in range(N_UNKNOWN):
         out[i] = deviations[i] * s.values[i]
-        out[N_UNKNOWN + i] = deviations[i] * np.sqrt(abs(variance_of(i, i, s.inverse)))
+        out[N_UNKNOWN + i] = deviations[i] * np.sqrt(abs(s.inverse[i, i]))
+    # The flow of the clearance is not exactly laminar: K_i takes up the rest.
+    rest = _NOT_LAMINAR * s.values[_CLEARANCE] * deviations[_CLEARANCE] * np.sqrt(reference)
+    known = deviations[_LEAK] * deviations[_LEAK] * covariance_of(_LEAK, _LEAK, s.inverse)
+    out[N_UNKNOWN + _LEAK] = np.sqrt(abs(known + rest * rest))
     out[CONDITION] = condition_number(s.normal, s.inverse)
 
 
@@ -274,8 +286,8 @@ def write_flow(reference: float, pressures: Any, deviations: Any, s: Scratch, ou
     out[COMBINED_ERROR] = np.sqrt(abs(combined_variance(at_root, at_reference, s.inverse)))
     root, difference = leak * pressures[1] / pressures[0], clearance * pressures[2] / pressures[0]
     mean = root * s.values[_LEAK] + difference * s.values[_CLEARANCE]
-    # All of it may be that of a valve as leaky as allowed; the law of the leak is unknown.
-    of_valve = 0.5 * min(abs(mean), 2.0 * _LEAKIER * difference)
+    # All of it may be that of a valve as leaky as its prior allows; the law of the leak is unknown.
+    of_valve = 0.5 * min(abs(mean), 2.0 * difference)
     doubt = of_valve * of_valve + _LAW * _LAW * mean * mean
     out[MEAN] = mean
     out[MEAN_ERROR] = np.sqrt(abs(combined_variance(root, difference, s.inverse)) + doubt)
@@ -333,7 +345,7 @@ def estimate(
     moments, count = state.moments[r, memory], state.counts[r, memory]
     n_chamber = moments.shape[0]
     out[MISFIT], out[UNDETERMINED] = fit(moments, 0, n_chamber, count, prior, 1.0, known, s)
-    write_estimate(deviations, s, out)
+    write_estimate(reference, deviations, s, out)
     # A laminar leak looks like clearance, so for a flow of any law that may be as large as a leak.
     of_valve, of_leak = deviations[_CLEARANCE], deviations[_LEAK] / np.sqrt(reference)
     wider = max(1.0, of_leak / of_valve) if of_valve > 0.0 else 1.0

@@ -62,6 +62,7 @@ def adapt(
     n_record, n_instant) of K_i [m^3.5/kg^0.5] and 1/β [1/Pa] every `every` samples; NaN once they are not
     physical.
     """
+    # The error decays by exp(−L dt) over an interval and follows a constant input by (1 − exp(−L dt))/L.
     kept = math.exp(-law.injection * law.interval)
     lagged = (1.0 - kept) / (law.injection * law.interval)
     dt = law.interval

@@ -49,6 +49,7 @@ def projected(blocks: Any, bounds: Bounds) -> tuple[float, float]:
         by_gain += blocks[j, 3]
         by_supply += blocks[j, 4]
         by_offset += blocks[j, 5]
+    # Errors of the worst signs: the parameters are bounded, not random.
     bound = abs(by_fluid) * bounds.bulk_modulus + abs(by_gain) * bounds.flow_gain
     bound += abs(by_supply) * bounds.supply + abs(by_offset) * bounds.offset
     return residual / whole, bound / whole
@@ -90,6 +91,7 @@ def project(
             flow, by_supply = one.flow + two.flow, one.by_supply + two.by_supply
             by_offset, root = one.by_offset + two.by_offset, signed_root(p1 - p2)
             if n_before + k > 0 and not unclear[row, k]:
+                # Trapezoidal rule over one sampling interval; volumes at its middle.
                 half, middle = 0.5 * interval, 0.5 * (x + before[_POSITION])
                 passed = half * (flow + before[_FLOW])
                 swept = (cylinder.area_1 + cylinder.area_2) * (x - before[_POSITION])
@@ -97,6 +99,7 @@ def project(
                 rise_2 = (cylinder.volume_2 - cylinder.area_2 * middle) * (p2 - before[_PRESSURE_2])
                 compressed = compressibility * (rise_1 - rise_2)
                 leak = half * (root + before[_ROOT])
+                # Least squares of r = 2 K_i ∫S: numerator ∫r S, denominator 2 ∫S².
                 sums[0] += 2.0 * leak * leak
                 sums[1] += leak * (passed - swept - compressed)
                 sums[2] += leak * compressed
@@ -107,6 +110,7 @@ def project(
             before[_ROOT], before[_PRESSURE_1], before[_PRESSURE_2], before[_POSITION] = root, p1, p2, x
             if (n_before + k + 1) % every == 0:
                 if sums[0] != 0.0:
+                    # A ring of blocks: the window slides without sums that drift.
                     block = blocks[row, int(sums[N_SUM]) % blocks.shape[1]]
                     sums[N_SUM] += 1.0
                     for j in range(N_SUM):

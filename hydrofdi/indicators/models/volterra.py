@@ -35,6 +35,7 @@ def polynomial_terms(n_value: int, order: int) -> tuple[Term, ...]:
 def block_means(samples: Array, length: int) -> Array:
     """Block means of the samples, shape (n_record, n_time // length)."""
     n_block = samples.shape[1] // length
+    # A contiguous copy, so that sums run in one order and give the same bits for any layout.
     blocks = np.ascontiguousarray(samples[:, : n_block * length])
     return np.asarray(blocks.reshape(-1, n_block, length).mean(axis=2))
 
@@ -60,6 +61,7 @@ def ridge_regression(columns: Array, target: Array, ridge: float) -> tuple[Array
     roots = np.sqrt(ridge * n_equation) * np.eye(n_term)
     if not (np.isfinite(columns).all() and np.isfinite(target).all()):
         return np.full(n_term, np.nan), np.nan
+    # Ridge as further equations: normal equations would lose half of the digits.
     padded = np.concatenate((columns, roots)), np.concatenate((target, np.zeros(n_term)))
     coefficients, _, rank, _ = np.linalg.lstsq(*padded, rcond=None)
     if rank < n_term:

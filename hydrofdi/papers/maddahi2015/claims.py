@@ -98,6 +98,7 @@ def leaks_out_more(data: ExperimentData) -> Mask:
 
     Modes are combinations of internal leakage and EBM; additional external leakage is another fault.
     """
+    # −1 (no baseline) would index the last run; those rows are masked below.
     coefficients = external_coefficients(data)
     healthy = coefficients[np.maximum(data.matched_baseline, 0)]
     is_compared = (data.matched_baseline != names.NO_BASELINE) & (not data.experiment.has_scenarios)
@@ -133,7 +134,7 @@ def _axes(
     values = {name: np.array(data.values(name), dtype=object)[kept].tolist() for name in label_names(data)}
     labels = [name for name in values if len(kept) == data.n_run or len(set(values[name])) > 1]
     found = list(zip(*(values[name] for name in labels), strict=True)) or [()] * len(kept)
-    order = {scenario: place for place, scenario in enumerate(dict.fromkeys(found))}
+    order = {scenario: index for index, scenario in enumerate(dict.fromkeys(found))}
     _, leakage = np.unique([0.0, *data.leakage_requests[kept]], return_inverse=True)
     moduli, modulus = np.unique(data.columns[names.BULK_MODULUS][kept], return_inverse=True)
     places = (np.array([order[scenario] for scenario in found]), leakage[1:], modulus)
@@ -215,6 +216,7 @@ def _no_level_is_always_largest(grid: ModeGrid, delta: Array) -> list[Check]:
     modes = grid.modes()
     if len(modes) < 2:
         return []
+    # A level leads everywhere if it falls short in no mode.
     size = np.abs(np.stack([delta[..., q, b, :] for q, b in modes], axis=-2))
     shortfalls = [
         (np.delete(size, level, axis=-1).max(axis=-1) - size[..., level]).max(axis=-1)
@@ -383,6 +385,7 @@ class Standing:
     def claim(self, claim: str, scenarios: Sequence[int]) -> Outcome:
         """How a claim stands; it holds if it does so in all of these scenarios."""
         found = [self.margins[claim], *self.phase_margins[claim]]
+        # The worst scenario decides; NaN, which min keeps, leaves the claim open.
         number, *values = [float(each[scenarios].min()) if len(scenarios) else math.nan for each in found]
         held = sum(value > 0.0 for value in values)
         return Outcome(self.title, claim, held, int(np.isfinite(values).sum()), number, tuple(values))

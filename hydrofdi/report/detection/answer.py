@@ -272,7 +272,7 @@ def _alarms(shown: Sequence[Judgement], population: Population) -> Column:
 
 
 def _places(are_strong: Iterator[bool]) -> tuple[int, ...]:
-    return tuple(place for place, is_strong in enumerate(are_strong) if is_strong)
+    return tuple(index for index, is_strong in enumerate(are_strong) if is_strong)
 
 
 def levels_block(detection: Detection) -> Block | None:

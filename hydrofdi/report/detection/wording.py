@@ -231,7 +231,7 @@ def chosen_levels(detection: Detection, most: int = 3) -> tuple[Population, ...]
     levels = detection.records.chosen(Kind.FAULT, is_fit=False)
     if len(levels) <= most:
         return levels
-    places = [round((place + 1) * (len(levels) - 1) / (most + 1)) for place in range(most)]
+    places = [round((index + 1) * (len(levels) - 1) / (most + 1)) for index in range(most)]
     return tuple(levels[place] for place in dict.fromkeys(places))
 
 

@@ -164,9 +164,9 @@ def _place(channel: Channel) -> str:
 def _draw_time(figure: Any, record: RecordBatch, panels: list[list[Channel]]) -> None:
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axis, channels in zip(axes, panels, strict=True):
-        for place, channel in enumerate(channels):
+        for index, channel in enumerate(channels):
             samples, unit = _samples(record, channel, _READABLE)
-            axis.plot(record.time, samples, **series(place), linewidth=0.7, label=_place(channel))
+            axis.plot(record.time, samples, **series(index), linewidth=0.7, label=_place(channel))
         axis.set_ylabel(f"[{unit}]")
         axis.set_title("pressure" if channels[0].is_pressure else _words(channels[0]))
         if channels[0].is_pressure:
@@ -194,11 +194,11 @@ def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels
     found = [(channel, *_samples(record, channel, _DETAIL_UNIT)) for channel in pressures]
     alike = {channel: samples for channel, samples, own in found if own == unit}
     axis = figure.subplots()
-    for place, (channel, samples) in enumerate(alike.items()):
+    for index, (channel, samples) in enumerate(alike.items()):
         frequency, density = power_spectrum(samples, record.sampling_frequency)
         if np.ptp(samples) > 1e-12 * np.abs(samples).max():
             axis.plot(
-                frequency[1:], density[1:], **series(place), label=_words(channel).removesuffix(" pressure")
+                frequency[1:], density[1:], **series(index), label=_words(channel).removesuffix(" pressure")
             )
     log_axis(axis.xaxis)
     log_axis(axis.yaxis)

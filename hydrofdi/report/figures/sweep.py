@@ -84,7 +84,7 @@ def _draw_column(panels: Any, responses: AxisResponses, shown: Sequence[str]) ->
 
 def _places(axis: Axis) -> tuple[list[float], list[str]]:
     """Where the groups stand, and their names where they are words, or reach from nothing over decades."""
-    count = [float(place) for place in range(len(axis.groups))]
+    count = [float(index) for index in range(len(axis.groups))]
     if axis.numbers is None:
         return count, [group.text for group in axis.groups]
     middles = [float(np.nanmedian(axis.numbers[group.rows])) for group in axis.groups]

@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.indicators.record_measures import Column, RecordMeasures
-from hydrofdi.report.table import Column as TableColumn
-from hydrofdi.report.table import Table, library, plain, quantity
+from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
+from hydrofdi.report.table import Column, Table, library, plain, quantity
 
 _LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"
 OWN = {
@@ -29,34 +28,34 @@ _ROWS = 1_000
 
 
 def measures_table(
-    columns: Sequence[Column], records: Sequence[RecordMeasures], notes: Sequence[str] = ()
+    columns: Sequence[MeasuredOutput], records: Sequence[RecordMeasures], notes: Sequence[str] = ()
 ) -> Table:
     """A row for each record; people read an error in the unit of its estimate."""
     texts = {name: [getattr(record, name) for record in records] for name in _LEADING}
     hidden = {"source", *(["status"] if {*texts["status"]} <= {"ok"} else [])}
     lead = [
-        TableColumn(name, own, title=name.removesuffix("_id"), is_text=True, is_shown=name not in hidden)
+        Column(name, own, title=name.removesuffix("_id"), is_text=True, is_shown=name not in hidden)
         for name, own in texts.items()
     ]
-    numbers: dict[str, TableColumn] = {}
+    numbers: dict[str, Column] = {}
     for column in columns:
         nothing = np.full(tuple(column.output.dims.values()), np.nan)
         held = [record.values.get(column.name, nothing) for record in records]
         values = np.array(held, dtype=float).reshape(len(records), *nothing.shape)
         if column.output.dims:
             dims = tuple(f"{column.label}.{dim}" for dim in column.output.dims)
-            numbers[column.name] = TableColumn(column.name, values, column.unit, dims=dims)
+            numbers[column.name] = Column(column.name, values, column.unit, dims=dims)
             continue
         estimate = numbers.get(column.name.removesuffix("_error"))
         sizes = [] if estimate is None or estimate.unit != column.unit else estimate.array.tolist()
         has_any = bool(np.isfinite(values).any())
         numbers[column.name] = quantity(column.name, values, column.unit, sizes=sizes, is_shown=has_any)
     why = ["; ".join(f"{label}: {reason}" for label, reason in each.reasons.items()) for each in records]
-    reasons = TableColumn("reasons", why, is_text=True, is_shown=False)
+    reasons = Column("reasons", why, is_text=True, is_shown=False)
     return Table((*lead, *numbers.values(), reasons), notes=tuple(notes), row="record", n_lead=len(lead))
 
 
-def upright(table: Table, columns: Sequence[Column]) -> Table:
+def upright(table: Table, columns: Sequence[MeasuredOutput]) -> Table:
     """Few records beside each other, a row for each number with its error: scores, fits, then the others."""
     names, *others = table.shown[: table.n_shown_lead]
     numbers = {each.name: each for each in table.shown[table.n_shown_lead :]}
@@ -64,19 +63,19 @@ def upright(table: Table, columns: Sequence[Column]) -> Table:
     outputs = sorted(columns, key=lambda each: (not each.output.is_score, not each.output.is_fit))
     rows = [*others, *(numbers[each.name] for each in outputs if each.name in numbers)]
 
-    def text(of: TableColumn, row: int) -> str:
+    def text(of: Column, row: int) -> str:
         error = errors.get(of.name)
         return of.text_of(row) + (f" ± {error.text_of(row)}" if error else "")
 
     records = (
-        TableColumn(names.text_of(row), [text(each, row) for each in rows], is_text=True)
+        Column(names.text_of(row), [text(each, row) for each in rows], is_text=True)
         for row in range(len(table))
     )
-    headings = TableColumn("number", [each.heading for each in rows], is_text=True)
+    headings = Column("number", [each.heading for each in rows], is_text=True)
     return Table((headings, *records), notes=table.notes)
 
 
-def _files(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[Table]:
+def _files(columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]) -> Iterator[Table]:
     """Tables of as many records as memory holds at once: a column for each number, units in names."""
     records = iter(records)
     some = [*islice(records, _ROWS)]
@@ -87,13 +86,13 @@ def _files(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iter
             return
 
 
-def csv_lines(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[str]:
+def csv_lines(columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]) -> Iterator[str]:
     """Lines of CSV; an empty field where a number is missing."""
     for position, table in enumerate(_files(columns, records)):
         yield table.to_csv(header=position == 0)
 
 
-def json_parts(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[str]:
+def json_parts(columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]) -> Iterator[str]:
     """Parts of one JSON object: the indicators, then a line for each record."""
     indicators = [
         {"name": column.name, "unit": column.unit, "channels": list(column.channels)} for column in columns
@@ -106,7 +105,7 @@ def json_parts(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> 
     yield "\n]}\n"
 
 
-def write_parquet(path: Path, columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
+def write_parquet(path: Path, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]) -> None:
     """Write the columns of the CSV as Parquet."""
     parquet, pyarrow = library("pyarrow.parquet"), library("pyarrow")
     first, *_ = _files(columns, [])
@@ -116,7 +115,7 @@ def write_parquet(path: Path, columns: Sequence[Column], records: Iterable[Recor
             writer.write_table(pyarrow.table(table.flat(), schema=writer.schema))
 
 
-def _record(columns: Sequence[Column], record: RecordMeasures) -> dict[str, Any]:
+def _record(columns: Sequence[MeasuredOutput], record: RecordMeasures) -> dict[str, Any]:
     values = {column.name: plain(record.values.get(column.name)) for column in columns}
     whole: dict[str, Any] = {
         "record_id": record.record_id,

@@ -115,6 +115,7 @@ def test_with_limits_on_both_sides_no_score_is_far_out_without_an_alarm():
     ("kind", "changed"),
     [
         ("stuck", {"chamber_1_pressure": np.full(1000, 9e6)}),
+        ("stuck", {"chamber_1_pressure": np.repeat(HEALTHY[0].channels[P1][::2], 2)}),
         ("clipped", {"chamber_1_pressure": np.minimum(HEALTHY[0].channels[P1], 10e6)}),
         ("novel", {"chamber_1_pressure": HEALTHY[0].channels[P1] + 20e6}),
         ("novel", {"chamber_1_pressure": 9e6 + 1e-3 * (HEALTHY[0].channels[P1] - 9e6)}),

@@ -69,8 +69,8 @@ def draw_det(detection: Detection) -> Any:
     unit = severity_unit(detection)
     figure, axes = score_panels(shown, 3.0, sharex=True, x="false alarms [%]", y="misses [%]")
     styles = {}
-    for place, level in enumerate(levels):
-        style = {"color": ordered_color(place, len(levels)), "linestyle": LINES[place % len(LINES)]}
+    for index, level in enumerate(levels):
+        style = {"color": ordered_color(index, len(levels)), "linestyle": LINES[index % len(LINES)]}
         styles[f"{unit.value(level.severity):.3g}"] = style
         for axis, judgement in zip(axes, shown, strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
@@ -120,8 +120,8 @@ def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, 
     """A colour for each set of sensors, a line style for each score."""
     marks = sensor_marks(detection, shown)
     return [
-        {"color": marks[sensors(judgement)]["color"], "linestyle": LINES[place % len(LINES)]}
-        for place, judgement in enumerate(shown)
+        {"color": marks[sensors(judgement)]["color"], "linestyle": LINES[index % len(LINES)]}
+        for index, judgement in enumerate(shown)
     ]
 
 

@@ -47,8 +47,8 @@ def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, 
     ordered = sorted(found, key=lambda name: (-found[name], name))
     last = len(COLORS) - 1
     return {
-        name: {"color": COLORS[min(place, last)], "marker": MARKERS[min(place, last)]}
-        for place, name in enumerate(ordered)
+        name: {"color": COLORS[min(index, last)], "marker": MARKERS[min(index, last)]}
+        for index, name in enumerate(ordered)
         if name in {sensors(each) for each in shown}
     }
 

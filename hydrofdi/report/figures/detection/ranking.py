@@ -207,7 +207,7 @@ def draw_delays(detection: Detection) -> Any:
     if not levels:
         raise ReportError("no leak sets in while a chart watches")
     labels = list(dict.fromkeys(chart.label for chart in detection.charts))
-    marks = [{"marker": MARKERS[place % len(MARKERS)], "markersize": 3.5} for place in range(len(labels))]
+    marks = [{"marker": MARKERS[index % len(MARKERS)], "markersize": 3.5} for index in range(len(labels))]
     styles = {label: series(k, len(labels)) | marks[k] for k, label in enumerate(labels)}
     names = {"x": "mean time between false alarms that is asked for [h]", "y": "median delay [s]"}
     figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True, **names)

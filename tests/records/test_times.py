@@ -1,0 +1,169 @@
+"""Time is a channel: its unit, its evenness, and channels that are updated more slowly or not at all."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hydrofdi.errors import DataError
+from hydrofdi.records import Channel
+from hydrofdi.records.source import measured_source, plain_source, write_description
+from hydrofdi.records.stuck import update_rate
+from hydrofdi.records.times import likely_unit
+from tests.records.measuring import P1, P2, POSITION, kinds
+
+N_TIME, RATE = 2_000, 500.0
+TIME = np.arange(N_TIME) / RATE
+
+
+def signals(time=TIME):
+    """Pressures [bar] and position [mm] of a machine that swings, smooth and without noise."""
+    swing = np.sin(2.0 * np.pi * 1.3 * time) + 0.3 * np.sin(2.0 * np.pi * 23.0 * time + 0.5)
+    return {
+        "P1 [bar]": 80.0 + 20.0 * swing,
+        "P2 [bar]": 90.0 - 20.0 * swing,
+        "x [mm]": 10.0 * np.cos(8.1 * time),
+    }
+
+
+def written(folder, times, title="time [s]", columns=None, form="{:.6f}"):
+    """A CSV of instants that are written as they are, and channels."""
+    columns = signals() if columns is None else columns
+    lines = [",".join([title, *columns])]
+    rows = zip(times, *columns.values(), strict=True)
+    lines += [",".join([str(time), *map(form.format, row)]) for time, *row in rows]
+    file = folder / "run.csv"
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return file
+
+
+def read(source):
+    (batch,) = source.batches()
+    return batch
+
+
+def proposed(file):
+    """The record that a proposed description reads as it stands, and its text."""
+    text = write_description(file, description := file.parent / "rig.yaml")
+    return read(measured_source(description)), text
+
+
+WITHOUT_UNIT = {
+    "ms": np.arange(N_TIME) * 2,
+    "µs": np.arange(N_TIME) * 2_000,
+    "epoch ms": 1_764_187_200_000 + np.arange(N_TIME) * 2,
+    "FILETIME": 132_959_733_843_760_000 + np.arange(N_TIME) * 20_000,
+    "exceldays": [f"{46327.5 + n * 0.002 / 86400:.12f}" for n in range(N_TIME)],
+}
+
+
+@pytest.mark.parametrize("unit", WITHOUT_UNIT)
+def test_a_time_without_a_unit_that_is_no_time_in_seconds_is_refused_and_its_unit_proposed(tmp_path, unit):
+    file = written(tmp_path, WITHOUT_UNIT[unit], "time")
+    with pytest.raises(DataError, match=rf"run\.csv.*{unit.split()[-1]}"):
+        plain_source(file)
+    batch, _ = proposed(file)
+    assert batch.sampling_frequency == pytest.approx(RATE, rel=1e-6)
+    assert not kinds(batch)
+    np.testing.assert_allclose(batch[P1][0], signals()["P1 [bar]"] * 1e5, atol=0.1)
+    if unit in ("epoch ms", "FILETIME", "exceldays"):
+        assert 1.6e9 < batch.dates[0] < 1.8e9
+
+
+def test_a_slow_time_in_seconds_says_so_and_a_usual_rate_or_an_epoch_is_believed(tmp_path):
+    slow = np.arange(N_TIME) * 2.0
+    assert read(plain_source(written(tmp_path, slow, "time [s]"))).sampling_frequency == 0.5
+    assert likely_unit(TIME) == likely_unit(1_764_187_200.0 + TIME) == likely_unit(TIME[:5] * 1e3) == "s"
+    assert not kinds(read(plain_source(written(tmp_path, TIME, "time"))))
+
+
+def joined_rasters():
+    """Stamps at 500 Hz and others at 100 Hz, 0.3 ms later, as readers join groups of MDF; x is slow."""
+    times = np.union1d(np.round(TIME, 4), np.round(TIME[::5] + 0.0003, 4))
+    columns = {name: np.interp(times, TIME, values) for name, values in signals().items()}
+    own = TIME[::5] + 0.0003
+    columns["x [mm]"] = np.interp(times, own, np.interp(own, TIME, signals()["x [mm]"]))
+    return times, columns
+
+
+def test_joined_rasters_need_resample_which_the_proposal_states_with_the_true_rates(tmp_path):
+    times, columns = joined_rasters()
+    file = written(tmp_path, times, columns=columns)
+    (remark,) = read(plain_source(file)).remarks[0]
+    assert (remark.kind, remark.is_unusable, remark.where) == ("uneven", True, "")
+    batch, text = proposed(file)
+    assert "resample: 500 Hz" in text
+    assert "100 Hz" in text
+    assert batch.sampling_frequency == RATE
+    assert not any(each.is_unusable for each in batch.remarks[0])
+    assert {each.where for each in batch.remarks[0] if each.kind == "held"} == {POSITION}
+
+
+@pytest.mark.parametrize("start", [20_000.0, 5_000.0])
+def test_stamps_that_single_precision_rounds_are_those_of_an_even_clock(tmp_path, start):
+    times = [f"{each:.9g}" for each in (start + TIME).astype(np.float32)]
+    if all(float(a) < float(b) for a, b in pairwise(times)):
+        batch = read(plain_source(written(tmp_path, times)))
+        assert (batch.sampling_frequency, kinds(batch) <= {"rounded"}) == (RATE, True)
+
+
+def test_stamps_that_repeat_because_they_are_rounded_name_the_rate(tmp_path):
+    file = written(tmp_path, np.round(TIME / 4.0, 3))
+    (rejected,) = read(plain_source(file)).rejected
+    assert "sampling_frequency: 2000 Hz" in rejected.remark.message
+
+
+def test_one_sample_that_is_lost_is_no_rounding(tmp_path):
+    columns = {name: np.delete(values, 900) for name, values in signals().items()}
+    batch = read(plain_source(written(tmp_path, np.delete(TIME, 900), columns=columns)))
+    assert kinds(batch) == {"gap"}
+
+
+def held(values, n):
+    return np.repeat(values[::n], n)[: values.size]
+
+
+@pytest.mark.parametrize("n", [2, 5, 10])
+def test_a_channel_that_repeats_its_samples_is_remarked_with_its_rate(tmp_path, n):
+    columns = signals()
+    columns["P1 [bar]"] = held(columns["P1 [bar]"], n)
+    batch = read(plain_source(written(tmp_path, TIME, columns=columns)))
+    (remark,) = batch.remarks[0]
+    assert (remark.kind, remark.where, remark.is_unusable) == ("held", P1, False)
+    assert update_rate(batch[P1][0], TIME) == pytest.approx(RATE / n, rel=0.02)
+    slow = np.interp(TIME, TIME[::n], signals()["P1 [bar]"][::n])
+    assert update_rate(slow, TIME) == pytest.approx(RATE / n, rel=0.05)
+
+
+def test_a_coarse_converter_noise_and_rests_are_not_held():
+    rng = np.random.default_rng(3)
+    smooth = signals()["P1 [bar]"]
+    noisy = smooth + rng.normal(0.0, 0.2, N_TIME)
+    resting = np.where(TIME < 2.0, noisy, 80.0)
+    for samples in (
+        smooth,
+        noisy,
+        resting,
+        np.round(smooth / 2.0) * 2.0,
+        np.round(noisy),
+        np.sign(np.sin(9.0 * TIME)),
+    ):
+        assert update_rate(samples, TIME) is None
+
+
+@pytest.mark.parametrize("channel", ["P1 [bar]", "P2 [bar]", "x [mm]"])
+@pytest.mark.parametrize("part", [slice(1_000, 2_000), slice(300, 1_200)])
+def test_a_channel_that_freezes_anywhere_is_stuck(tmp_path, channel, part):
+    columns = signals()
+    columns[channel][part] = columns[channel][part.start]
+    remarks = read(plain_source(written(tmp_path, TIME, columns=columns))).remarks[0]
+    assert [each.where for each in remarks if each.kind == "stuck" and each.is_unusable] == [
+        {"P1 [bar]": P1, "P2 [bar]": P2, "x [mm]": Channel.PISTON_POSITION}[channel]
+    ]
+
+
+def test_a_machine_that_comes_to_rest_is_not_frozen(tmp_path):
+    """Its pressures repeat for longer than ever before, but decay into it, and nothing else moves."""
+    columns = {name: 50.0 + (each - 50.0) * np.exp(-TIME * 12.0) for name, each in signals().items()}
+    batch = read(plain_source(written(tmp_path, TIME, columns=columns, form="{:.4f}")))
+    assert not any(each.kind == "stuck" for each in batch.remarks[0])

@@ -245,8 +245,9 @@ def _rounded(times: Array) -> tuple[float, float] | None:
     size = float(np.max(np.abs(some)))
     grids = [10.0**-n for n in range(10) if np.all(np.abs(some * 10.0**n - np.rint(some * 10.0**n)) < 0.01)]
     for unit in (1.0, 1e-3, 1e-6):
-        spacing = np.spacing(np.abs(some / unit).astype(np.float32)).astype(np.float64)
-        if np.all(np.abs((some / unit).astype(np.float32) - some / unit) < 0.05 * spacing):
+        single = (some / unit).astype(np.float32)
+        is_near = np.abs(single - some / unit) < 0.05 * np.spacing(np.abs(single)).astype(np.float64)
+        if np.all(is_near) and np.unique(single).size > some.size / 2:
             grids.append(unit * float(np.spacing(np.float32(size / unit))))
     number = np.arange(times.size) - (times.size - 1) / 2.0
     slope = float(number @ times / (number @ number))

@@ -6,7 +6,7 @@
 
 Machines are those of configs/populations/unknown-plant.yaml plus some or all entries of real-rig.yaml, which
 states the magnitudes. Equal seeds: the same machines, motions and noise in each row. What is stored in the
-folder is not computed again. The first command takes 15 to 20 minutes of a processor, the second about 8.
+folder is not computed again. The first command takes about 20 minutes of a processor, the second about 8.
 """
 
 from __future__ import annotations
@@ -216,7 +216,7 @@ def histories(loop: str, fleet: dict[str, Any], asked: Any) -> None:
     rows = {}
     # Oil that is 15 K warmer adds 0.6 of the flow through clearances; K_i takes up a share of it.
     taken_up = np.array([[0.1, 0.1, 0.6, 0.6, 0.0], [1.0, 1.0, 1.0, 1.0, 0.0]])
-    for row, warmer in (("all", 0.0), ("all", 0.6), ("all, tight valve", 0.0), ("all, tight valve", 0.6)):
+    for row, warmer in (("all", 0.0), ("all", 0.6)):
         machines, (entries, more) = of(fleet[row], "healthy"), ROWS[row]
         keys = json.loads(machines.attrs["configuration"])["study"]["population"]["over"]
         columns = {

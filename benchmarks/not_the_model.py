@@ -170,7 +170,7 @@ def picture(file: str) -> None:
         leaks = np.array([3.0 if cell == "–" else float(cell.lstrip("≤")) for cell in cells])
         colour, (mark, text) = "C0" if loop == "open" else "C1", marks[origin]
         axes.plot(leaks, place, mark, color=colour, markersize=6, label=f"{text}, {loop} loop")
-    axes.set(xscale="log", xlim=(0.007, 4.5), xlabel="smallest leak found nine times in ten [L/min]")
+    axes.set(xscale="log", xlim=(0.007, 4.5), xlabel="smallest hole or score found nine times in ten [L/min]")
     axes.set_xticks([0.01, 0.03, 0.1, 0.3, 1.0, 3.0], ["≤ 0.01", "0.03", "0.1", "0.3", "1", "none\nup to 1"])
     axes.set_yticks(range(len(DETECTORS)), [name.replace("`", "") for name in DETECTORS])
     axes.invert_yaxis()

@@ -158,7 +158,9 @@ class Judge:
             name: self._whitened(scatter, (each - self.history.centre)[None])
             for name, each in (repaired or {}).items()
         }
-        visible = {each.name: self._visible(shifts[each.name][0], each, healthy[1]) for each in self.hypotheses}
+        visible = {
+            each.name: self._visible(shifts[each.name][0], each, healthy[1]) for each in self.hypotheses
+        }
         if np.median([*visible.values()]) == np.inf:
             return []
         chances = [self._probabilities(shifts, healthy, others, factor) for factor in self._factors()]
@@ -236,7 +238,9 @@ class Judge:
         for size in hypothesis.usual * _SIZES[::-1]:
             # The direction errs; the last coordinate stands for the scatter beside it.
             along = max(size * length / (1.0 + hypothesis.error) - _MISSED, 0.0)
-            seen = replace(shift, difference=np.array([along, np.sqrt(count)]), directions=np.array([[length, 0.0]]))
+            seen = replace(
+                shift, difference=np.array([along, np.sqrt(count)]), directions=np.array([[length, 0.0]])
+            )
             healthy = float(self._log_density(along**2 + count, log_determinant)) + np.log(PRIOR_HEALTHY)
             if self._density(seen, hypothesis, 1.0) + self._log_prior < healthy:
                 break

@@ -21,7 +21,7 @@ from hydrofdi.settings.readable import HOLE, number_text, percent, readable_unit
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.units import convert
 
-_HIDDEN = ("low", "high", "size_low", "size_high")
+_HIDDEN = ("low", "high", "size_low", "size_high", "visible")
 """Numbers of a finding that only programs see in the table."""
 
 
@@ -44,8 +44,8 @@ class Diagnosis(Diagnosed):
     def table(self) -> Table:
         """A row for each record and named hypothesis, the most probable first.
 
-        ``record``, ``name``, its ``title``, ``probability`` with ``low`` and ``high``, and ``size`` with
-        ``size_low`` and ``size_high`` in SI.
+        ``record``, ``name``, its ``title``, ``probability`` with ``low`` and ``high``; in SI ``size`` with
+        ``size_low`` and ``size_high``, and the size from which on the fault is ``visible``.
         """
         rows = [(record, each) for record in self.records for each in record.named]
         findings = [each for _, each in rows]
@@ -88,6 +88,7 @@ class Diagnosis(Diagnosed):
         return {
             "sensors": self.sensors,
             "healthy_records": self.n_healthy,
+            "counts": self.counts,
             "records": records,
             "remarks": [*self.remarks],
         }
@@ -152,10 +153,27 @@ def diagnose(
     return Diagnosis(**vars(diagnose_records(asked, past, used, options or {})))
 
 
+def visible_text(findings: Sequence[Finding]) -> str:
+    """Which faults would have been seen from which size on, and which at no size."""
+    sized = sorted((each.title, each.visible, each) for each in findings if not math.isnan(each.visible))
+    units = [_unit(each, size) for _, size, each in sized]
+    seen = [
+        f"{title} {number_text(convert(size, unit), 2)} {typeset(unit)}"
+        for (title, size, _), unit in zip(sized, units, strict=True)
+        if math.isfinite(size)
+    ]
+    never = [title for title, size, _ in sized if math.isinf(size)]
+    return f"{'; '.join(seen)}." + (f" At no size: {'; '.join(never)}." if never else "")
+
+
+def _unit(finding: Finding, size: float) -> str:
+    return "%" if finding.unit == "1" else readable_unit(finding.unit, size)
+
+
 def _size_text(finding: Finding) -> str:
     if not math.isfinite(finding.size):
         return HOLE
-    unit = "%" if finding.unit == "1" else readable_unit(finding.unit, finding.size_high)
+    unit = _unit(finding, finding.size_high)
     low, size, high = (
         number_text(convert(each, unit), 2) for each in (finding.size_low, finding.size, finding.size_high)
     )

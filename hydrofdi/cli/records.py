@@ -146,6 +146,7 @@ def diagnose(
 
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
+    from hydrofdi.api.diagnosing import visible_text
     from hydrofdi.report.answer import Strong
     from hydrofdi.settings.readable import percent
 
@@ -158,13 +159,21 @@ def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
         if record.reason:
             yield f"{record.record_id}: not judged: {record.reason}"
     faults = {each.name: each for each in reversed(found.records) if each.name not in ("", "healthy")}
-    if not faults and any(each.findings for each in found.records):
-        yield from ("", Strong("Nothing is wrong."))
+    if not faults and found.counts:
+        yield from ("", Strong("Nothing is wrong that could be seen."))
+    elif sum(found.counts.values()) > 1:
+        titles = {each.name: each.title for record in found.records for each in record.findings}
+        yield from ("", Strong("; ".join(f"{titles[name]}: {n}" for name, n in found.counts.items())))
+    healthy = next((each for each in found.records if each.name == "healthy"), None)
+    if healthy:
+        yield f"Would have been seen from this size on: {visible_text(healthy.findings)}"
     for record in [*reversed(faults.values())][:_MOST_FAULTS]:
         finding, titles = record.findings[0], {each.name: each.title for each in record.findings}
         sure = "above 99.9 %" if finding.low > 0.999 else f"{percent(finding.low)} to {percent(finding.high)}"
         yield from ("", Strong(f"{record.record_id}: {finding.title}, probability {sure}."))
-        if finding.looks_like:
+        if finding.name == "none_of_these":
+            yield f"The nearest of these: {titles[finding.looks_like[0]]}."
+        elif finding.looks_like:
             alike = "; ".join(
                 titles[name]
                 + (f" (told apart by: {finding.told_by[name]})" if name in finding.told_by else "")

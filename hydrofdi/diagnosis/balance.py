@@ -29,9 +29,9 @@ leaks of each chamber to the outside, relative gain errors of the pressures, and
 are behind [s]."""
 
 CAUSES = (*NAMES, "position_gain", "feed_1", "feed_2", *GAPS)
-"""The unknowns, and what else a fault may change and is seen through them: relative gain error of the position
-(as an unknown it would explain all motion away), conductances of the clearance of each supply edge and of a
-laminar leak along the stroke."""
+"""The unknowns, and what else a fault may change and is seen through them: relative gain error of the
+position (as an unknown it would explain all motion away), conductances of the clearance of each supply edge
+and of a laminar leak along the stroke."""
 
 PLACE = {name: place for place, name in enumerate(CAUSES)}
 
@@ -46,16 +46,16 @@ CONTRASTS = np.array([(1, side, chamber * side, chamber) for chamber, side in ED
 _OF_PRESSURES = ("supply", "bias_1", "bias_2")
 
 _N_FIT, _FARTHEST = 3, 0.2
-"""Number of fits, each about the laps and pressures found before; the farthest of these, over the largest spool
-position and the supply pressure."""
+"""Number of fits, each about the laps and pressures found before; the farthest of these, over the largest
+spool position and the supply pressure."""
 
 _CORRELATED = 25.0
 """Number of windows that share an error of the model, as in `weak_rls`."""
 
 
 class Fitted(NamedTuple):
-    """Equations of records: moments (n_record, M + 1, M + 1) of the M causes and the target, counts, and about
-    which unknowns they are linear (n_record, N)."""
+    """Equations of records: moments (n_record, M + 1, M + 1) of the M causes and the target, counts, and
+    the unknowns about which they are linear (n_record, N)."""
 
     moments: Array
     counts: Array
@@ -63,8 +63,8 @@ class Fitted(NamedTuple):
 
 
 class Estimates(NamedTuple):
-    """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true causes to these
-    (n_record, N, M), and covariances (n_record, N, N)."""
+    """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true causes to
+    these (n_record, N, M), and covariances (n_record, N, N)."""
 
     values: Array
     misfits: Array

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,6 +13,7 @@ from hydrofdi.diagnosis.evidence import NAMED, Finding, Judge
 from hydrofdi.diagnosis.history import FEWEST, history_of, history_of_sheet
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
+from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.settings.messages import counted
@@ -19,6 +21,17 @@ from hydrofdi.settings.readable import percent
 
 _PIECE, _SHORTEST = 20.0, 10.0
 """Length into which longer records are cut, and least length of a record [s]."""
+
+_MANY = 6
+"""Fewest healthy records among which one is looked for that is unlike the others."""
+
+_IMPLAUSIBLE = ("spike", "unusual", "low_pressure")
+"""Kinds of remarks on records whose numbers are not those of a machine."""
+
+_NOTHING_SEEN = (
+    "most faults could not be seen at any size: the model explains too little of this machine, or numbers are"
+    " not finite ('hydrofdi measure' states the misfit of flow_balance)"
+)
 
 U, SPOOL, SUPPLY = Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
 
@@ -62,6 +75,11 @@ class Diagnosed:
     n_healthy: int
     remarks: tuple[str, ...] = ()
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """Name of the most probable hypothesis → number of records; the most frequent first."""
+        return dict(Counter(each.name for each in self.records if each.name).most_common())
+
 
 def diagnose(
     asked: Sequence[RecordBatch],
@@ -100,28 +118,45 @@ def diagnose(
     settings = _settings(shared, sources[0].name) | dict(options)
     made = of_machine(make_indicators({"flow_balance": settings}), sources)
     chosen, used = made["flow_balance"].options, _channels_of(shared)
-    past = []
+    pieces = [
+        piece.rows([row])
+        for batch in asked
+        for piece in _pieces(batch, length)
+        for row in range(piece.n_record)
+    ]
+    under_test, past, n_same = {samples_digest(each, 0) for each in pieces}, [], 0
     for piece in (piece for batch in healthy for piece in _pieces(batch, length)):
         rows = [row for row in range(piece.n_record) if not _obstacle(piece.rows([row]), chosen, used)]
-        if rows:
-            past.append(piece.rows(rows))
+        other = [row for row in rows if samples_digest(piece, row) not in under_test]
+        n_same += len(rows) - len(other)
+        if other:
+            past.append(piece.rows(other))
     if len(rates := {batch.sampling_frequency for batch in past}) > 1:
         found = " and ".join(f"{each:g}" for each in sorted(rates))
         raise DataError(f"the history has records of {found} Hz; resample them to one rate")
     n_past, n_day = (sum(each.n_record for each in of) for of in (past, healthy))
     history = past if n_past >= FEWEST else []
+    remarks = [*assumed_plants(made)]
+    if n_same:
+        remarks.append(f"left out of the history: {counted(n_same, 'record')} that are under test")
     judge = Judge(history_of(history, chosen)) if history else None
+    names = [each for piece in history for each in piece.record_ids]
+    while judge and judge.history.n_record >= _MANY and (strange := judge.stranger()):
+        row, judge, finding = strange
+        remarks.append(
+            f"left out of the history: {names.pop(row)}, which is unlike the others ({finding.title},"
+            f" {percent(finding.probability)})"
+        )
     spans = [_travel(each, chosen) for each in history]
     records = []
-    for piece in (piece for batch in asked for piece in _pieces(batch, length)):
-        for one in (piece.rows([row]) for row in range(piece.n_record)):
-            reason, findings = _obstacle(one, chosen, used), list[Finding]()
-            if history and not reason:
-                reason = _difference(one, chosen, history[0].sampling_frequency, spans)
-            if not reason:
-                findings = (judge or Judge(history_of_sheet(one, chosen))).findings(one)
-            records.append(RecordDiagnosis(one.record_ids[0], tuple(findings), reason))
-    remarks = [*assumed_plants(made)]
+    for one in pieces:
+        reason, findings = _obstacle(one, chosen, used), list[Finding]()
+        if history and not reason:
+            reason = _difference(one, chosen, history[0].sampling_frequency, spans)
+        if not reason:
+            findings = (judge or Judge(history_of_sheet(one, chosen))).findings(one)
+            reason = "" if findings else _NOTHING_SEEN
+        records.append(RecordDiagnosis(one.record_ids[0], tuple(findings), reason))
     if not history:
         found = f"{counted(n_past, 'healthy record')}; " if n_past else ""
         remarks.append(
@@ -136,7 +171,7 @@ def diagnose(
     if P2 not in shared:
         remarks.append("with P1 alone, leaks, valve and supply look alike: take the names as hints")
     sensors = " ".join(each.symbol for each in Channel if each in used)
-    return Diagnosed((*records, *rejected), sensors, n_past if history else 0, tuple(remarks))
+    return Diagnosed((*records, *rejected), sensors, len(names), tuple(remarks))
 
 
 def _pieces(batch: RecordBatch, length: float) -> Iterator[RecordBatch]:
@@ -174,6 +209,9 @@ def _obstacle(one: RecordBatch, options: BalanceOptions, used: set[Channel]) -> 
     n_missing = int(sum(np.sum(~np.isfinite(one[each])) for each in used))
     if n_missing:
         return f"{n_missing:,} samples are missing ('hydrofdi measure' shows where)"
+    for remark in one.remarks[0] if one.remarks else ():
+        if remark.kind in _IMPLAUSIBLE:
+            return remark.message
     return options.lack_of_windows(one) or options.unfit_positions(one)[0] or ""
 
 

@@ -43,9 +43,12 @@ _FREE = 30.0
 _SCALES = np.logspace(np.log10(1.5), 3.0, 16)
 """Scatter of a record with an unknown fault, over the healthy one."""
 
-_MISSED, _FORMS = 1.645, 0.1
-"""Deviation by which a fault that just would be seen may seem smaller than it is, and share of its forms that may
-be seen less."""
+_STRANGE = 0.1
+"""Largest probability that nothing is wrong with a record that is unlike the rest of its history."""
+
+_MISSED, _FORMS = 1.645, 0.25
+"""Deviation by which a fault that would just be seen may seem smaller than it is, and share of its forms
+that may be seen less."""
 
 _TOLD_APART = 2.0 * np.log(20.0)
 """Squared distance at which one fault is expected to be twenty times as likely as the other."""
@@ -63,8 +66,8 @@ class Finding:
     size, size_low, size_high : float
         Estimate of the size and its 95 % interval, in `unit`; NaN if it has none.
     visible : float
-        Size from which on nine in ten of its forms would be seen, in `unit`; infinite if no size would, NaN if
-        it has none.
+        Size from which on most of its forms would be seen, in `unit`; infinite if no size would, NaN if it
+        has none.
     looks_like : tuple of str
         Other faults that the sensors would not tell from it at this size; of none of these, the nearest one.
     told_by : mapping of str to str
@@ -104,8 +107,19 @@ class Judge:
         n_other = len(self.hypotheses) + len(REPAIRS)
         self._log_prior = float(np.log((1.0 - PRIOR_HEALTHY) * (1.0 - PRIOR_NONE) / n_other))
 
+    def stranger(self) -> tuple[int, Judge, Finding] | None:
+        """The record of the history that differs most, what the others judge it to be, and these; None if it
+        is like them."""
+        seen, *_ = self.history.seen
+        white, _ = self._whitened(self.history.scatter, seen - self.history.centre)
+        row = int(np.argmax(comparable(np.sum(white**2, axis=1))))
+        others = Judge(self.history.without(row))
+        findings = others.judge(*(each[row] for each in self.history.seen))
+        chance = next((each.probability for each in findings if each.name == HEALTHY), 1.0)
+        return None if chance > _STRANGE else (row, others, findings[0])
+
     def findings(self, record: RecordBatch) -> list[Finding]:
-        """Findings on one record, the most probable first."""
+        """Findings on one record, the most probable first; none if no fault could be seen."""
         history = self.history
         (own,), estimates = signatures(history.balance, record, history.variance)
         gain, covariance = estimates.gains[0], estimates.covariances[0]
@@ -133,7 +147,7 @@ class Judge:
     def judge(
         self, signature: Array, gain: Array, covariance: Array, repaired: Mapping[str, Array] | None = None
     ) -> list[Finding]:
-        """Findings, the most probable first.
+        """Findings, the most probable first; none if most faults could not be seen at any size.
 
         Parameters
         ----------
@@ -144,6 +158,8 @@ class Judge:
         repaired : mapping of str to ndarray, optional
             Name in `REPAIRS` → signature of the repaired record.
         """
+        if not np.all(np.isfinite(signature)):
+            return []
         difference = signature - self.history.centre
         scatter = self.history.scatter_of(gain, covariance)
         shifts = {
@@ -238,9 +254,8 @@ class Judge:
         for size in hypothesis.usual * _SIZES[::-1]:
             # The direction errs; the last coordinate stands for the scatter beside it.
             along = max(size * length / (1.0 + hypothesis.error) - _MISSED, 0.0)
-            seen = replace(
-                shift, difference=np.array([along, np.sqrt(count)]), directions=np.array([[length, 0.0]])
-            )
+            beside = np.array([along, np.sqrt(count)])
+            seen = _Shift(beside, np.array([[length, 0.0]]), shift.log_determinant)
             healthy = float(self._log_density(along**2 + count, log_determinant)) + np.log(PRIOR_HEALTHY)
             if self._density(seen, hypothesis, 1.0) + self._log_prior < healthy:
                 break
@@ -281,6 +296,9 @@ class Judge:
         # The direction that takes most from the squared distance.
         best = int(np.argmax(sizes**2 * moved))
         size = float(sizes[best])
+        if hypothesis.usual * _SIZES[-1] * np.sqrt(moved[best]) < 1.0:
+            # Not even the largest size moves the record by its deviation.
+            return Finding(name, hypothesis.title, hypothesis.unit, hypothesis.advice, **range_of)
         deviation = float(np.hypot(1.0 / np.sqrt(moved[best]), _SIZE * hypothesis.error * size))
         is_named = found[0] >= NAMED
         looks_like, told_by = self._confusable(hypothesis, best, size if is_named else 0.0, scatter, gain)

@@ -96,9 +96,9 @@ def forces(balance: FaultBalance, records: RecordBatch) -> Array:
 class History:
     """A healthy machine: centre (n_name,) and scatter (n_name, n_name) of a further record's signature.
 
-    `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations; `noise` (N, N): covariance
-    of estimates that it expects of a record like these; `n_record`: healthy records that it rests on, 0 and no
-    `noise` if on the data sheet.
+    `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations. Of the healthy records
+    that it rests on, none if on the data sheet: `noise` (N, N), the covariance of estimates that it expects
+    of a record like these; and `seen`, their signatures, gain matrices and covariances.
     """
 
     balance: FaultBalance
@@ -107,8 +107,17 @@ class History:
     scatter: Array
     dof: float
     variance: float
-    noise: Array | None
-    n_record: int
+    noise: Array | None = None
+    seen: tuple[Array, ...] = ()
+
+    @property
+    def n_record(self) -> int:
+        """Healthy records that it rests on; 0 if on the data sheet."""
+        return len(self.seen[0]) if self.seen else 0
+
+    def without(self, row: int) -> History:
+        """That of the other records."""
+        return _learned(self.balance, self.variance, *(np.delete(each, row, axis=0) for each in self.seen))
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -153,12 +162,19 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     variance = _scattering(balance, fits)
     parts = [signatures(balance, batch, variance, own) for batch, own in zip(healthy, fits, strict=True)]
     found = np.concatenate([part[0] for part in parts])
-    names = signature_names(options)
+    gains = np.concatenate([part[1].gains for part in parts])
+    covariances = np.concatenate([part[1].covariances for part in parts])
+    return _learned(balance, variance, found, gains, covariances)
+
+
+def _learned(
+    balance: FaultBalance, variance: float, found: Array, gains: Array, covariances: Array
+) -> History:
+    """History from the signatures of healthy records (n_record, n_name), their gains and covariances."""
+    names = signature_names(balance.options)
     n_record, n_own = len(found), len(NAMES)
     deviations = found - found.mean(axis=0)
     squares = np.sum(deviations**2, axis=0) / (n_record - 1)
-    covariances = np.concatenate([part[1].covariances for part in parts])
-    gains = np.concatenate([part[1].gains for part in parts])
     noise = _symmetric(np.mean(covariances @ np.swapaxes(gains[:, :, :n_own], 1, 2), axis=0))
     expected = np.diag(squares)
     gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
@@ -169,7 +185,9 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(balance, names, found.mean(axis=0), spread, own, variance, noise, n_record)
+    return History(
+        balance, names, found.mean(axis=0), spread, own, variance, noise, (found, gains, covariances)
+    )
 
 
 def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
@@ -213,7 +231,7 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
         scatter[place, place] = (_ANY * max(abs(centre[place]), 1e-9)) ** 2
     # ln misfit, as the variance is about 25 (`balance._CORRELATED`) times its square.
     centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
-    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, None, 0)
+    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance)
 
 
 def _usual(balance: FaultBalance, centre: Array) -> Array:

@@ -101,7 +101,7 @@ def hypotheses(history: History) -> list[Hypothesis]:
         chamber, side = EDGES[edge]
         # Rows of `CONTRASTS` are orthogonal, of length 2, so a quarter of each moves one edge alone.
         parts = {"lap": 1, "offset": side, "lap_by_feeding": chamber * side, "lap_by_chamber": chamber}
-        # A worn edge also leaks where it is closed: a share of what it feeds more at half the supply pressure.
+        # It also leaks where it is closed: a share of what it feeds more at half the supply pressure.
         leaking = edge.replace("supply ", "feed_").replace("return ", "external_")
         share = clearance * options.flow_gain * options.area_gradient / np.sqrt(0.5 * supply)
         return {name: -0.25 * part for name, part in parts.items()} | {leaking: share}

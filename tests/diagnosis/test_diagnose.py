@@ -99,8 +99,9 @@ def test_what_cannot_be_told_is_an_error(leaking, tmp_path):
     with pytest.raises(DataError, match="missing: x"):
         hydrofdi.diagnose(data, sampling_frequency=frequency)
     still = {name: np.zeros_like(samples) for name, samples in in_memory(leaking).items()}
-    with pytest.raises(DataError):
-        hydrofdi.diagnose(still, sampling_frequency=frequency)
+    (found,) = hydrofdi.diagnose(still, sampling_frequency=frequency).records
+    assert not found.findings
+    assert found.reason
     data = in_memory(leaking)
     halved = {name: np.vstack((samples, samples))[:, ::2] for name, samples in data.items()}
     whole = {name: np.vstack((samples, samples)) for name, samples in data.items()}
@@ -109,7 +110,7 @@ def test_what_cannot_be_told_is_an_error(leaking, tmp_path):
         write_all(tmp_path / "half", halved, frequency / 2),
     ]
     with pytest.raises(DataError, match="Hz"):
-        hydrofdi.diagnose(mixed[0], mixed)
+        hydrofdi.diagnose(write_all(tmp_path / "today", in_memory(leaking, P1="P2"), frequency), mixed)
     with pytest.raises(ConfigError, match="half_windo"):
         hydrofdi.diagnose(in_memory(leaking), sampling_frequency=frequency, options={"half_windo": 8})
 
@@ -122,6 +123,13 @@ def test_a_record_with_a_hole_is_not_judged(diagnosed, leaking):
     assert found.reason
 
 
+def spiked(data):
+    """Records with one absurd sample of P1."""
+    pressure = data[Channel.CHAMBER_1_PRESSURE].copy()
+    pressure[0, 50] = 1e200
+    return data | {Channel.CHAMBER_1_PRESSURE: pressure}
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
@@ -131,7 +139,8 @@ def test_a_record_with_a_hole_is_not_judged(diagnosed, leaking):
             lambda data, rate: (data | {Channel.PISTON_POSITION: 0.2 * data[Channel.PISTON_POSITION]}, rate),
             "way",
         ),
-        (lambda data, rate: ({name: 0.0 * samples + 1e-3 for name, samples in data.items()}, rate), "way"),
+        (lambda data, rate: ({name: 1e-3 * samples for name, samples in data.items()}, rate), "unit"),
+        (lambda data, rate: (spiked(data), rate), "chamber_1_pressure"),
     ],
 )
 def test_a_record_of_another_kind_is_not_judged(change, word, healthy, leaking, tmp_path):
@@ -149,3 +158,44 @@ def test_a_long_record_is_cut_like_the_history(diagnosed, leaking):
     found = diagnosed(data)
     assert [each.name for each in found.records] == ["seal_orifice"] * 2
     assert all("–" in each.record_id for each in found.records)
+
+
+def test_a_record_under_test_is_no_history(diagnosed, healthy, leaking):
+    both = {name: np.vstack((healthy[name], leaking[name])) for name in in_memory(healthy)}
+    apart, found = diagnosed(in_memory(leaking)), diagnosed(in_memory(leaking), both)
+    assert found.n_healthy == apart.n_healthy == N_HEALTHY
+    assert len(found.remarks) == len(apart.remarks) + 1
+    assert found.records[0].findings == apart.records[0].findings
+
+
+def test_a_record_of_the_history_that_is_unlike_the_others_is_named(diagnosed, healthy, days, leaking):
+    strange = days([{"supply.pressure": 14e6}], first=720)
+    mixed = {name: np.vstack((healthy[name], strange[name])) for name in in_memory(healthy)}
+    found = diagnosed(in_memory(leaking), mixed)
+    assert found.n_healthy == N_HEALTHY
+    (remark,) = [each for each in found.remarks if "unlike" in each]
+    assert f": {N_HEALTHY}, " in remark
+    assert "low supply pressure" in remark
+    assert found.counts == {"seal_orifice": 1}
+
+
+def test_beside_healthy_stands_what_would_have_been_seen(diagnosed, healthy, days):
+    found = diagnosed(in_memory(days([{}], first=730)))
+    visible = {each.name: each.visible for each in found.records[0].findings if not np.isnan(each.visible)}
+    assert found.records[0].name == "healthy"
+    leaks = {"leakage.internal_coefficient": 2.0 * visible["seal_orifice"] / 8e6**0.5}
+    supply = {"supply.pressure": 17.2e6 - 2.0 * visible["weak_supply"]}
+    again = diagnosed(in_memory(days([leaks, supply], first=740)))
+    assert [each.name for each in again.records] == ["seal_orifice", "weak_supply"]
+    assert len(healthy.record_ids) == N_HEALTHY
+
+
+def test_a_model_that_explains_nothing_does_not_say_healthy(diagnosed, healthy):
+    draw = np.random.default_rng(5)
+    shuffled = {
+        name: np.stack([np.roll(row, int(draw.integers(row.size))) for row in draw.permutation(samples)])
+        for name, samples in in_memory(healthy).items()
+    }
+    (found,) = diagnosed({name: samples[:1] for name, samples in shuffled.items()}, shuffled).records
+    assert not found.findings
+    assert found.reason

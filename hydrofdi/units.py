@@ -65,6 +65,7 @@ SYMBOLS = {
     "day": _unit("86400", s=1),
     "days": _unit("86400", s=1),
     "exceldays": _unit("86400", s=1),
+    "µexceldays": _unit("0.0864", s=1),
     "FILETIME": _unit("1/10000000", s=1),
     "Hz": _unit("1", s=-1),
     "rad": _unit("1", rad=1),
@@ -94,7 +95,9 @@ SYMBOLS = {
 }
 """Symbol → unit."""
 
-ZEROS = {"°C": 273.15, "degC": 273.15, "FILETIME": -11_644_473_600.0, "exceldays": -2_209_161_600.0}
+ZEROS = {"°C": 273.15, "degC": 273.15, "FILETIME": -11_644_473_600.0} | dict.fromkeys(
+    ("exceldays", "µexceldays"), -2_209_161_600.0
+)
 """Unit with another zero than SI → its zero, which columns and single quantities have, not differences. Times
 count from 1970 inside, those of Windows from 1601 [100 ns], those of Excel from 1899-12-30 [days]."""
 _ATMOSPHERE = 101_325.0

@@ -36,6 +36,8 @@ SIDEWAYS = {
 
 HOMES = {
     "h5py": ("store/", "records/array_reader.py"),
+    "asammdf": ("records/array_reader.py",),
+    "nptdms": ("records/array_reader.py",),
     "pywt": ("transforms/", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),

@@ -7,7 +7,8 @@ import shutil
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 from math import prod
@@ -40,6 +41,7 @@ from hydrofdi.store.shards import ShardIndex, StoredRun, holds_enough, read_inde
 
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings
+    from hydrofdi.execution import Job
 
 _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
@@ -238,11 +240,21 @@ def plan_sweep(
     return SweepPlan(experiment, directory, table, run_ids, record_ids, index, failures, part)
 
 
+_PART = 0.2
+"""Part of a record that is simulated for a prediction."""
+
+
+def _beginning(job: Job, part: float) -> Job:
+    """A job with a part of its record."""
+    duration = part * job.parameters.record.duration
+    return replace(job, parameters=job.parameters.with_values({"record.duration": duration}))
+
+
 def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     """Least and most wall time to expect of a plan [s].
 
-    A few of its runs are simulated without their leakage. The least is the time of the arithmetic; workers
-    that start, storing, and a busy machine add to it.
+    The beginning of a few of its runs is simulated without their leakage. The least is the time of the
+    arithmetic; workers that start, storing, and a busy machine add to it.
     """
     runs = plan.table.runs.at(plan.simulated)
     if not runs:
@@ -253,11 +265,15 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     jobs = [
         Job.of(run, "", run.parameters.leakage.internal_coefficient or 0.0) for run in islice(runs, 4 * WIDTH)
     ]
-    jobs = [job for job in jobs if batch_shape(job) == batch_shape(jobs[0])][:WIDTH]
-    compute_columns(jobs)  # compiles, or loads their kernels
+    whole = [job for job in jobs if batch_shape(job) == batch_shape(jobs[0])][:WIDTH]
+    for part in (_PART, 1.0):
+        with suppress(ValueError):  # a part of a record may be too short for its analysis
+            jobs = [_beginning(job, part) for job in whole]
+            compute_columns(jobs)  # compiles, or loads their kernels
+            break
     start = time.perf_counter()
     compute_columns(jobs)
-    seconds = time.perf_counter() - start
+    seconds = (time.perf_counter() - start) / part
     blocks = -(-len(runs) // WIDTH) + _CALIBRATION_ROUNDS * -(-runs.solutions()["total"] // WIDTH)
     least = max(seconds, blocks * seconds * WIDTH / max(len(jobs), WIDTH) / workers)
     return least, _MOST_FACTOR * least + _START_SECONDS

@@ -11,6 +11,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from errno import EADDRINUSE
+from hashlib import sha256
 from pathlib import Path
 from threading import Condition, Thread
 from threading import Event as Signal
@@ -71,6 +73,21 @@ class Connection:
             n_failed = 0 if time.monotonic() - began > _STEADY else n_failed + 1
             longest = min(_LONGEST_WAIT, self._first_wait * 2.0 ** min(n_failed, 16))
             self.is_closing.wait(longest * random.uniform(0.5, 1.0))
+
+
+def claimed(name: str, refusal: str) -> socket.socket:
+    """Hold a name on this machine until it is closed, at the latest when the process ends.
+
+    An abstract socket leaves no file behind; systems other than Linux have none, and refuse nobody.
+    """
+    held = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        held.bind(f"\0hydrofdi {sha256(name.encode()).hexdigest()}")
+    except OSError as error:
+        held.close()
+        if error.errno == EADDRINUSE:
+            raise ConfigError(refusal) from None
+    return held
 
 
 Item = TypeVar("Item")

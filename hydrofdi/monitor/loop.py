@@ -8,24 +8,29 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from enum import StrEnum
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.detectors.trained.lines import Line
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
-from hydrofdi.monitor.machines import Kind, Machine
+from hydrofdi.monitor.machines import EARLIEST, Kind, Machine
 from hydrofdi.monitor.opening import Sources
 from hydrofdi.monitor.outlets import Outlets, Receiver
 from hydrofdi.monitor.sources import StreamSource
-from hydrofdi.monitor.store import StateStore
+from hydrofdi.monitor.store import WHOLE, StateStore
 from hydrofdi.monitor.window_log import WindowLog
 from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.settings.readable import time_text
 
 _log = logging.getLogger(__name__)
 
 PATIENCE = 0.2
 """Longest wait before the loop checks whether to stop [s]."""
+
+BEHIND = 10.0
+"""Age of the newest samples of most machines above which the monitor is behind [s]."""
 
 STORE_EVERY = 1.0
 """Shortest time from one storing of the state of a single machine to the next [s]."""
@@ -57,12 +62,17 @@ class Monitor:
         files = {path: load_detector(path) for path in {*config.detectors.values()}}
         self._kinds = {path: Kind(file, config, str(path)) for path, file in files.items()}
         self._config, self._sources, self._outlets = config, sources, Outlets(config, on_line)
-        self._store = None if config.state is None else StateStore(config.state, is_fleet=single is None)
+        self._store = None
+        if config.state is not None:
+            self._store = StateStore(
+                config.state, is_fleet=single is None, partition=config.partition or WHOLE
+            )
         self._log = None if config.log is None else WindowLog(config.log)
         self._single = single
         self.machines = {} if single is None else {single.name: single}
         self._refused: set[tuple[str, str]] = set()
         self._stored_at, self._is_unstored = 0.0, False
+        self._age = self._oldest = 0.0
 
     def run(self, stop: Callable[[], bool]) -> Ending:
         """Monitor until a stop is requested, or all streams are over."""
@@ -121,14 +131,33 @@ class Monitor:
                 self._say(event)
             else:
                 self._single.source.events.append(event)
-        is_busy = self._single is not None or self._sources.is_behind
+        is_busy, ages = self._single is not None or self._sources.is_behind, list[float]()
         for machine in self.machines.values():
             chunk, lines = machine.step(timeout)
             is_busy = is_busy or (chunk is not None and machine.source.is_file)
             self._deliver(machine, chunk, lines)
+            is_live = not (machine.source.is_file or machine.source.may_repeat_all)
+            if is_live and chunk is not None and chunk.n_time and chunk.time[-1] > EARLIEST:
+                ages.append(time.time() - float(chunk.time[-1]))
+        if ages:
+            self._note_age(median(ages))
         for event in self._outlets.happened():
             self._say(event)
         return is_busy
+
+    def _note_age(self, age: float) -> None:
+        """Report when the newest samples are old as they are judged, and when they no longer are."""
+        self._outlets.show_age(self._single, age)
+        is_behind, self._age = self._oldest > 0.0, age
+        if age > BEHIND:
+            self._oldest = max(age, self._oldest)
+            if not is_behind:
+                text = f"the newest samples are {time_text(age)} old: they come late, or the monitor is slow"
+                self._say(Event(EventKind.BEHIND, text, details={"age_s": age}))
+        elif is_behind and age < BEHIND / 2.0:
+            text = f"caught up; the newest samples were up to {time_text(self._oldest)} old"
+            self._say(Event(EventKind.BEHIND, text, is_end=True, details={"age_s": self._oldest}))
+            self._oldest = 0.0
 
     def _source_of(self, name: str, place: str, new: Callable[[Kind], StreamSource]) -> StreamSource | None:
         """The source of a machine, which is new if the machine is; None if it is ignored."""
@@ -220,6 +249,9 @@ class Monitor:
         is_final = ending is not Ending.STOPPED or self._store is None
         for machine in self.machines.values():
             self._deliver(machine, None, machine.end(is_final=is_final))
+        if self._oldest:
+            text = f"ends behind: the newest samples that were judged are {time_text(self._age)} old"
+            self._say(Event(EventKind.BEHIND, text, is_end=True, details={"age_s": self._age}))
         self._say(Event(EventKind.STOPPED, f"stopped: {ending}"))
         self._commit(is_end=True)
         return ending

@@ -17,14 +17,12 @@ from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, mak
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
 from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.machines import EARLIEST
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__
 
 Metric = TypeVar("Metric", Counter, Gauge, Info, Enum)
-
-_EARLIEST = 1e9
-"""Stream times above this [s], an instant in 2001, are taken as seconds since 1970."""
 
 _PATIENCE = 1.0
 """Longest time that a client gets, while up to five others wait [s]; a usual scrape waits for 10 s."""
@@ -72,6 +70,11 @@ class MetricsServer:
             if isinstance(line, Event) and not line.is_end:
                 text = "Events of the fleet, each repetition counted"
                 self.metric(Counter, "fleet_events", text, "kind").labels("", line.kind.value).inc(line.count)
+
+    def show_age(self, machine: str, age: float) -> None:
+        """Show how old the newest samples were [s]; a fleet has no name."""
+        text = "Age of the newest samples when they were judged, median over the machines"
+        self.metric(Gauge, "behind_seconds", text).labels(machine).set(age)
 
     def close(self) -> None:
         """End the server."""
@@ -138,7 +141,7 @@ class MetricsSink:
         self._samples.inc(chunk.n_time)
         self._latest = latest = float(chunk.time[-1])
         self._sample.set(latest)
-        if self._lag is None and latest > _EARLIEST:
+        if self._lag is None and latest > EARLIEST:
             self._lag = self._gauge("lag_seconds", "Wall clock minus the time stamp of the last sample")
             self._lag.set_function(lambda: time.time() - self._latest)
 

@@ -101,6 +101,11 @@ class Outlets:
             self._counted[name] = MetricsSink(server, name, machine.kind.file)
         self._counted[name].put(chunk, lines)
 
+    def show_age(self, machine: Machine | None, age: float) -> None:
+        """Show in the metrics how old the newest samples were [s]."""
+        if self._metrics is not None:
+            self._metrics.show_age("" if machine is None else machine.source.name, age)
+
     def happened(self) -> list[Event]:
         """Events of the outlets themselves."""
         for sink in self._sinks:

@@ -21,6 +21,9 @@ from hydrofdi.store.folder import file_lock
 VERSION = 6
 """Raise it when arrays of the state get another name or meaning."""
 
+WHOLE = "1/1"
+"""Partition of a process that has all machines."""
+
 _APPLICATION = {"fleet": 0x48464644, "machine": 0x4846464D}
 """Mark of the database: the letters HFFD, and HFFM for that of a single machine."""
 
@@ -31,6 +34,7 @@ create table machine (
     name text primary key, source text, detector text, position text, state blob, checksum integer
 ) without rowid;
 create table log (position text);
+create table fleet (partition text);
 """
 
 
@@ -50,8 +54,9 @@ class StateStore:
 
     _database: sqlite3.Connection
 
-    def __init__(self, path: Path, *, is_fleet: bool = True) -> None:
+    def __init__(self, path: Path, *, is_fleet: bool = True, partition: str = WHOLE) -> None:
         self.path, self._owner = path.resolve(), "fleet" if is_fleet else "machine"
+        self._partition = partition
 
     @contextmanager
     def opened(self) -> Iterator[None]:
@@ -89,14 +94,13 @@ class StateStore:
 
     def write(self, machines: Mapping[str, StoredMachine], log: Position) -> None:
         """Store machines and the position of the log: all or nothing, and through a crash of the machine."""
-        rows = []
-        for name, each in machines.items():
-            body, position = _packed(each.state), json.dumps(dict(each.position))
-            row = name, each.source, each.detector, position, body
-            rows.append((*row, _checksum(*row)))
         with self._troubles("written"), self._database as database:
             database.execute("begin immediate")
-            database.executemany("insert or replace into machine values (?, ?, ?, ?, ?, ?)", rows)
+            insert = "insert or replace into machine values (?, ?, ?, ?, ?, ?)"
+            for name, each in machines.items():  # one after the other, as many together need memory
+                body, position = _packed(each.state), json.dumps(dict(each.position))
+                row = name, each.source, each.detector, position, body
+                database.execute(insert, (*row, _checksum(*row)))
             database.execute("delete from log")
             database.execute("insert into log values (?)", (json.dumps(dict(log)),))
 
@@ -115,7 +119,13 @@ class StateStore:
             if is_new:
                 database.executescript(
                     f"begin; pragma application_id = {mark}; pragma user_version = {VERSION};"
-                    f"{_TABLES} commit;"
+                    f"{_TABLES} insert into fleet values ('{self._partition}'); commit;"
+                )
+            (partition,) = database.execute("select partition from fleet").fetchone()
+            if partition != self._partition:
+                raise StoreError(
+                    f"{self.path}: is that of partition {partition}, not of {self._partition}; start all"
+                    " partitions with new states, once those before have caught up"
                 )
             for *row, checksum in database.execute("select * from machine"):
                 if checksum != _checksum(*row):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import time
 from collections import deque
 from collections.abc import Collection
@@ -14,7 +15,7 @@ from paho.mqtt.client import Client, MQTTMessage
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from hydrofdi.monitor.configuration import Address, MonitorConfig
-from hydrofdi.monitor.connections import Inbox
+from hydrofdi.monitor.connections import Inbox, claimed
 from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
 from hydrofdi.monitor.machines import SourceOf
 from hydrofdi.monitor.mqtt import Message, MqttConnection, client_id_of
@@ -32,7 +33,7 @@ _LEAST_SIZE = 1 << 10
 LEAST_OF_ONE = 1 << 15
 """The same of a single machine."""
 
-CAPACITY, AT_ONCE, _ENOUGH = 1000 * LEAST_OF_ONE, 100 * LEAST_OF_ONE, 8 * LEAST_OF_ONE
+CAPACITY, AT_ONCE, _ENOUGH = 250 * LEAST_OF_ONE, 100 * LEAST_OF_ONE, 8 * LEAST_OF_ONE
 """Most bytes of messages that wait to be read; of a single machine, the most that are read at once, and those
 that do not wait for more."""
 
@@ -158,6 +159,7 @@ class Topics(MqttConnection):
             ReceiveMaximum=_MOST_UNACKNOWLEDGED,
             MaximumPacketSize=16 * config.limits.payload,
         )
+        self._claim: socket.socket | None = None
         self._topics = [pattern.text for pattern in patterns]
         self._was_connected, self._remark = False, ""
         self.events = self._inbox.events
@@ -165,10 +167,18 @@ class Topics(MqttConnection):
         self._open: deque[_Open] = deque()
         self._heard, self.is_behind = time.monotonic(), False
 
+    def connect(self) -> None:
+        """Begin to connect, as the only process here that reads this session of the broker."""
+        text = f"{self.address}: another process reads it with the same file"
+        self._claim = claimed(self.client_id, f"{text} and partition; end it, or choose another 'partition'")
+        super().connect()
+
     def close(self) -> None:
         """End the connection; the broker keeps the session."""
         self._inbox.close()
         super().close()
+        if self._claim is not None:
+            self._claim.close()
 
     def prepare(self, client: Client) -> None:
         """Take messages."""

@@ -1,4 +1,4 @@
-"""Program that reads arrays of HDF5 and MAT files for another process, which starts it by its path.
+"""Program that reads arrays of HDF5, MAT, MDF and TDMS files for another process, which starts it.
 
 It imports nothing of this package, so that it starts fast. Requests on standard input and answers on standard
 output are pickled; what is read from a file never is.
@@ -11,7 +11,9 @@ import os
 import pickle
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from io import BytesIO
 from typing import Any, cast
 
@@ -46,8 +48,85 @@ def open_hdf5(content: Any) -> Any:
     return file
 
 
-Opened = tuple[Mapping[str, Any], dict[str, str], Callable[[], None]]
-"""Name → array or dataset, name → unit if one is stated, and what releases the file."""
+Opened = tuple[Mapping[str, Any], dict[str, str], Callable[[], None], dict[str, str]]
+"""Name → array or dataset, name → unit if one is stated, what releases the file, name → that of its time."""
+
+
+class _Lazy:
+    """An array that is read when it is asked for."""
+
+    def __init__(self, shape: tuple[int, ...], load: Callable[[], Any]) -> None:
+        self.shape, self._load = shape, load
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+        return np.asarray(self._load(), dtype)
+
+
+def _of_groups(groups: Sequence[tuple[str, int, Any, Mapping[str, tuple[str, Any]]]], close: Any) -> Opened:
+    """Channels in groups, of each its name, number of samples, what loads its time, and name → unit and what
+    loads a channel. Names that groups share are ``group/name``; the group with most samples is the first."""
+    ordered = sorted(groups, key=lambda group: -group[1])
+    counts = Counter(name for group in ordered for name in group[3])
+    arrays, units, clocks = dict[str, Any](), dict[str, str](), dict[str, str]()
+    for number, (group, n_time, times, channels) in enumerate(ordered):
+        time = "time" if not number else f"time of {group or number}"
+        time = time if time not in arrays else f"{time} ({number})"
+        if times is not None:
+            arrays[time], units[time] = _Lazy((n_time,), times), "s"
+        for own, (unit, load) in channels.items():
+            name = own if counts[own] == 1 else f"{group or number}/{own}"
+            arrays[name], units[name] = _Lazy((n_time,), load), unit
+            if times is not None:
+                clocks[name] = time
+    return arrays, {name: unit for name, unit in units.items() if unit}, close, clocks
+
+
+def _mdf(content: str | BytesIO) -> Opened:
+    """Channels of MDF, physical values; invalid samples are missing."""
+    from asammdf import MDF
+
+    file: Any = MDF(content)
+
+    def load(group: int, channel: int) -> Any:
+        signal = file.get(group=group, index=channel)
+        invalid = signal.invalidation_bits
+        return signal.samples if invalid is None else np.where(invalid, np.nan, signal.samples)
+
+    groups = list[Any]()
+    for number, group in enumerate(file.groups):
+        master = file.masters_db.get(number)
+        names = {each.name: index for index, each in enumerate(group.channels) if index != master}
+        channels = {
+            name: (str(file.get_channel_unit(group=number, index=index)), partial(load, number, index))
+            for name, index in names.items()
+        }
+        record = group.channel_group
+        times = None if master is None else partial(file.get_master, number)
+        groups.append((str(getattr(record, "acq_name", "")), int(record.cycles_nr), times, channels))
+    return _of_groups(groups, file.close)
+
+
+def _tdms(content: str | BytesIO) -> Opened:
+    """Channels of TDMS, those with the same increment, start and length as one group."""
+    from nptdms import TdmsFile
+
+    file: Any = TdmsFile.open(content)
+    groups = dict[Any, Any]()
+    for group in file.groups():
+        for channel in group.channels():
+            has = channel.properties
+            raster = [has.get(f"wf_{key}") for key in ("increment", "start_offset", "start_time")]
+            times = None if not raster[0] else channel.time_track
+            key = (group.name, len(channel), *map(str, raster))
+            entry = groups.setdefault(key, (group.name, len(channel), times, {}))
+            entry[3][channel.name] = (
+                str(has.get("unit_string", "")),
+                partial(channel.__getitem__, slice(None)),
+            )
+    starts = {key[4] for key in groups if key[2] not in ("None", "0.0")}
+    if len(starts) > 1:
+        raise OSError("its channels begin at different instants")
+    return _of_groups([*groups.values()], file.close)
 
 
 def _hdf5(content: str | BytesIO) -> Opened:
@@ -66,7 +145,13 @@ def _hdf5(content: str | BytesIO) -> Opened:
         for name, item in datasets.items()
     }
     units = {name: _text(unit) for name, unit in found.items() if isinstance(unit, str | bytes)}
-    return datasets, units, file.close
+    for name in [name for name, item in datasets.items() if item.dtype.names]:
+        table = datasets.pop(name)
+        datasets |= {
+            f"{name}/{field}": _Lazy(table.shape, partial(table.__getitem__, field))
+            for field in table.dtype.names
+        }
+    return datasets, units, file.close, {}
 
 
 def _unpacked(dataset: Any) -> Any:
@@ -97,7 +182,7 @@ def _mat(content: str | BytesIO) -> Opened:
     stated = {name: leaves[place] for name, place in places.items() if place in leaves}
     units = {name: str(unit) for name, unit in stated.items() if unit.dtype.kind == "U" and unit.size == 1}
     arrays = leaves.keys() - {places[name] for name in units}
-    return {name: leaves[name] for name in leaves if name in arrays}, units, lambda: None
+    return {name: leaves[name] for name in leaves if name in arrays}, units, lambda: None, {}
 
 
 def main() -> None:
@@ -105,7 +190,8 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    opened: Opened = {}, {}, lambda: None
+    opened: Opened = {}, {}, lambda: None, {}
+    openers = {"HDF5": _hdf5, "MAT": _mat, "MDF": _mdf, "TDMS": _tdms}
     while True:
         try:
             seconds, *request = pickle.load(sys.stdin.buffer)
@@ -117,8 +203,8 @@ def main() -> None:
             if len(request) == 2:
                 kind, content = request
                 given = content if isinstance(content, str) else BytesIO(content)
-                opened = _hdf5(given) if kind == "HDF5" else _mat(given)
-                answer = {name: array.shape for name, array in opened[0].items()}, opened[1]
+                opened = openers[kind](given)
+                answer = {name: array.shape for name, array in opened[0].items()}, opened[1], opened[3]
             elif request:
                 answer = _plain(opened[0][request[0]])
             else:
@@ -141,7 +227,13 @@ def _plain(array: Any) -> Any:
 
 
 def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, Mapping):
+    is_listed = isinstance(value, list | np.ndarray) and len(value) and isinstance(value[0], Mapping)
+    if is_listed or (isinstance(value, Mapping) and {"Name", "Data"} <= value.keys()):
+        # signals of dSPACE: structures with name and data
+        for number, each in enumerate(value if is_listed else [value], 1):
+            name = str(each.get("Name", "")).rpartition("/")[2].strip("\"' ") or str(number)
+            yield from _leaves(f"{path}/{name}", each.get("Data", each))
+    elif isinstance(value, Mapping):
         for name, inner in value.items():
             yield from _leaves(f"{path}/{name}" if path else str(name), inner)
     else:

@@ -19,6 +19,7 @@ from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import Unit, parse_unit, similar_units, zero_of
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
+_BEHIND = re.compile(r"(.+)[_/]([^_/]+)")
 MOST_SHOWN = 12
 _LONGEST_TITLE = 1000
 """Most characters of a header that is split into name and unit."""
@@ -56,6 +57,13 @@ class Titled:
         """Whether a column contains dates."""
         return position in self.dated
 
+    def clocks(self, time: int | None = None) -> Mapping[int, int]:
+        """Position of a column → that of its own time, if columns have more than one; the fastest one first.
+
+        `time` is that of the record, if it is stated.
+        """
+        return {}
+
 
 MOST_BYTES = 2**31
 
@@ -82,6 +90,10 @@ class Table(Titled, ABC):
     def find(self, column: str) -> int:
         """Position of a column; `DataError` unless there is exactly one."""
         return find_column(self.titles, column, self.place)
+
+    def date_by(self, position: int, form: str, date: int | None) -> None:
+        """Read dates of a column in a stated format, after those of the column `date`."""
+        raise DataError(f"{self.place}: a format of dates, and dates of two columns, are for texts alone")
 
     def load(self, positions: Sequence[int]) -> None:
         """Prepare to return columns, if reading them together is faster."""
@@ -232,11 +244,19 @@ def find_column(titles: Sequence[str], column: str, place: str) -> int:
 
 
 def split_title(title: str) -> tuple[str, str]:
-    """Name and unit of a header such as ``P1 [bar]``; an empty unit if it has none."""
+    """Name and unit of a header such as ``P1 [bar]``; an empty unit if it has none.
+
+    A unit may stand behind ``_`` or ``/``, as in ``P1_bar``, if the name is that of a channel or the time.
+    """
     match = _TITLE.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
-    if match is None or not match[1] or (match[2] or match[3] or "").isdigit():
-        return title.strip(), ""
-    return match[1], (match[2] or match[3] or "").strip()
+    if match is not None and match[1] and not (match[2] or match[3] or "").isdigit():
+        return match[1], (match[2] or match[3] or "").strip()
+    if len(title) <= _LONGEST_TITLE and (match := _BEHIND.fullmatch(title.strip())):
+        channel, unit = _CHANNELS.get(_plain(match[1])), known_unit(match[2])
+        si = channel.unit if channel else "s" if _plain(match[1]) in ("time", "t") else ""
+        if si and unit and unit.exponents == parse_unit(si).exponents:
+            return match[1], match[2]
+    return title.strip(), ""
 
 
 def shortened(title: str, most: int = 60) -> str:
@@ -245,8 +265,13 @@ def shortened(title: str, most: int = 60) -> str:
 
 
 def short_name(title: str) -> str:
-    """A title without unit, blanks and punctuation, in lower case."""
-    return re.sub(r"[\s_.\-]+", "", split_title(title)[0]).lower()
+    """A title without unit, blanks and punctuation, in lower case; of a path of TDMS its last part."""
+    name = split_title(title)[0]
+    return _plain(name.rpartition("'/'")[2].strip("'") if name.startswith("/'") else name)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s_.\-]+", "", name).lower()
 
 
 def is_unit(text: str) -> bool:

@@ -68,12 +68,22 @@ Column = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | i
 """Name of a column, or its number."""
 
 
+class LongConfig(Section):
+    """Columns of a table with a row for each value, as loggers of tags write it."""
+
+    name: Column
+    """Column with the names."""
+
+    value: Column
+    """Column with the values."""
+
+
 class FormatConfig(Section):
     """Format of the files. By default, suffix and first lines show kind, delimiter, header and units."""
 
     short_forms = ({"type": "string"},)
 
-    kind: Literal["text", "hdf5", "mat", "parquet", "npz"] | None = None
+    kind: Literal["text", "hdf5", "mat", "mdf", "tdms", "parquet", "npz"] | None = None
     """Kind of file; by default from the suffix. ``.gz`` may follow every suffix."""
 
     delimiter: Annotated[str, Field(min_length=1, max_length=5)] | None = None
@@ -82,6 +92,15 @@ class FormatConfig(Section):
 
     decimal: Literal[".", ","] = "."
     """Decimal sign of a text."""
+
+    thousands: Literal[",", ".", " ", "'"] | None = None
+    """Sign between the thousands of a text, if it has one."""
+
+    units_in_cells: bool = False
+    """Whether each cell of a text ends with the unit of its column, as in ``86.0bar``."""
+
+    long: LongConfig | None = None
+    """Of a text with a row for each value: the columns of names and of values. The names are the columns."""
 
     comment: str = "#"
     """Lines of a text that start with this are ignored."""
@@ -125,6 +144,10 @@ class ChannelConfig(Section):
     sign: Literal[1, -1] = 1
     """-1 inverts the channel."""
 
+    time: Column | None = None
+    """Own time column, in the unit of `time`: the channel is interpolated linearly at the instants of `time`.
+    By default the last one to the left, if more than one has the same name."""
+
     range: tuple[float | str, float | str] | None = None
     """Lowest and highest plausible value, such as ``[0, 350 bar]``; numbers are in SI, or in counts."""
 
@@ -153,6 +176,13 @@ class TimeConfig(Section):
     unit: str = ""
     """Unit of the column; by default from the header. Without a stated unit, numbers under the name ``time``
     are in seconds. Dates need none. A column of sample numbers is not a time."""
+
+    date: Column | None = None
+    """Column of dates of a text, if `column` has times of day alone."""
+
+    format: str = ""
+    """Format of dates of a text, such as ``%d/%m/%Y %I:%M:%S.%f %p``; by default as in ISO 8601, or
+    ``31.01.2026 12:00:00,25``."""
 
 
 class TrimConfig(Section):
@@ -381,8 +411,8 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
         yield source.mistake(("format", "delimiter"), f"one character, tab or space; found {delimiter!r}")
     if delimiter in ('"', "\n", "\r"):
         yield source.mistake(("format", "delimiter"), f"{delimiter!r} cannot separate columns")
-    if delimiter == config.format.decimal:
-        yield source.mistake(("format", "delimiter"), f"{delimiter!r} is also the decimal sign")
+    if config.format.thousands == config.format.decimal:
+        yield source.mistake(("format", "thousands"), f"{config.format.decimal!r} is also the decimal sign")
 
 
 def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) -> Iterator[Issue]:

@@ -1,6 +1,6 @@
-"""Opening a measured file by its kind; arrays by name: the content of HDF5, MAT, NPZ and Parquet files.
+"""Opening a measured file by its kind; arrays by name, as in HDF5, MAT, MDF, TDMS, NPZ and Parquet files.
 
-HDF5 and MAT files are read in a process of their own: their libraries may crash or hang on damaged bytes.
+All but the last two are read in a process of their own: their libraries may crash or hang on damaged bytes.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import IO, Any, cast
 
 import numpy as np
@@ -25,6 +27,7 @@ from hydrofdi.records import array_reader
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named, split_title
 from hydrofdi.records.description import FormatConfig
+from hydrofdi.records.long import LongTable
 from hydrofdi.records.text import TextTable, blocks_of
 from hydrofdi.settings.messages import counted, nearest
 
@@ -49,9 +52,10 @@ class ArrayTable(Table):
         what: str,
         shapes: Mapping[str, tuple[int, ...]],
         load: Callable[[str], Any],
-        units: Mapping[str, str] | None = None,
+        units: Mapping[str, str] = MappingProxyType({}),
+        clocks: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
-        self.place, self._what, self._load, self._units = place, what, load, units or {}
+        self.place, self._what, self._load, self._units, self._clocks = place, what, load, units, clocks
         self._columns = [column for name, shape in shapes.items() for column in _columns(name, shape)]
         self._last: tuple[str, Any] = "", None
         self.titles = [name if number is None else f"{name}[{number + 1}]" for name, number in self._columns]
@@ -60,6 +64,10 @@ class ArrayTable(Table):
         """Unit that the file states."""
         name = self._columns[position][0]
         return self._units.get(name) or split_title(name)[1]
+
+    def clocks(self, time: int | None = None) -> dict[int, int]:
+        """Position of a column → that of its own time; the fastest one first."""
+        return {self.titles.index(name): self.titles.index(own) for name, own in self._clocks.items()}
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""
@@ -137,7 +145,7 @@ if hasattr(os, "register_at_fork"):
 
 @contextmanager
 def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayTable]:
-    """The arrays of an HDF5 or MAT file; another process reads each on demand."""
+    """The arrays of an HDF5, MAT, MDF or TDMS file; another process reads each on demand."""
     process = _idle.pop() if _idle else None
     if process is None or process.poll() is not None:  # it was killed while it waited
         command, pipe = [sys.executable, "-P", array_reader.__file__], subprocess.PIPE
@@ -166,8 +174,8 @@ def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayT
             given = str(content.absolute()) if isinstance(content, Path) else content.getvalue()
             size = content.stat().st_size if isinstance(content, Path) else len(given)
             seconds += size / _BYTES_PER_SECOND
-            shapes, units = ask(kind, given)
-        yield ArrayTable(place, kind, shapes, ask, units)
+            shapes, units, clocks = ask(kind, given)
+        yield ArrayTable(place, kind, shapes, ask, units, clocks)
     finally:
         with suppress(OSError):
             ask()
@@ -219,13 +227,17 @@ def _values(column: Any) -> Any:
 
 
 _KINDS = {
-    **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".dat", ".asc"), "text"),
+    **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".dat", ".asc", ".lvm"), "text"),
     **dict.fromkeys((".h5", ".hdf5", ".hdf", ".nc"), "hdf5"),
     ".mat": "mat",
+    **dict.fromkeys((".mf4", ".mdf"), "mdf"),
+    ".tdms": "tdms",
     **dict.fromkeys((".parquet", ".pq"), "parquet"),
     ".npz": "npz",
 }
 """Suffix → kind."""
+_LIBRARIES = {"mdf": "asammdf", "tdms": "nptdms"}
+"""Kind → library of the extra ``measurement``."""
 
 
 @contextmanager
@@ -239,8 +251,12 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
             " 'format: {kind: text}' in the YAML that describes the file, docs/measured.md)"
         )
     if kind == "text":
-        yield TextTable(place, form, partial(blocks_of, path, place, form.encoding))
+        text = TextTable(place, form, partial(blocks_of, path, place, form.encoding))
+        yield text if form.long is None else LongTable(text, form.long)
         return
+    if kind in _LIBRARIES and find_spec(_LIBRARIES[kind]) is None:
+        extra = "pip install 'hydrofdi[measurement]'"
+        raise DataError(f"{place}: {kind.upper()} needs the extra 'measurement': {extra}")
     content = content_of(path)
     if kind in ("parquet", "npz"):
         yield (parquet_table if kind == "parquet" else npz_table)(place, content)

@@ -145,10 +145,16 @@ class Samples(NamedTuple):
 
 def samples_of(table: Table, config: MeasuredConfig) -> Samples:
     """The samples that a description finds in a table, also if few or uneven."""
+    stated = config.time
+    if stated is not None and (stated.format or stated.date):
+        date = None if stated.date is None else table.find(stated.date)
+        table.date_by(table.find(stated.column), stated.format, date)
     columns, since = columns_of(table, config.channels), math.nan
-    time = None if config.time is None else time_column(table, config.time)
+    time = None if stated is None else time_column(table, stated)
+    clocks = {} if time is None else _own_times(table, columns, time.position)
     times: Array | None = None
-    table.load([column.position for column in (*columns.values(), time) if column is not None])
+    used = [column.position for column in (*columns.values(), time) if column is not None]
+    table.load([*dict.fromkeys((*used, *clocks.values()))])
     if time is not None:
         times, since = table.instants(time.position)
         if not table.is_dated(time.position):
@@ -162,6 +168,8 @@ def samples_of(table: Table, config: MeasuredConfig) -> Samples:
                 require_seconds(times, f"{table.place}: column {time.title[:60]!r}")
             times = time.in_si(times)
     channels = {key: each.in_si(table.numbers(each.position)) for key, each in columns.items()}
+    if clocks and time is not None and times is not None:
+        times, channels = _joined(table, time, times, channels, clocks)
     lengths: dict[str, int] = {str(channel): samples.size for channel, samples in channels.items()}
     if times is not None:
         lengths["time"] = times.size
@@ -169,3 +177,42 @@ def samples_of(table: Table, config: MeasuredConfig) -> Samples:
         found = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise RejectionError("wrong_length", f"columns have different numbers of samples: {found}")
     return Samples(columns, channels, times, since)
+
+
+def _own_times(table: Table, columns: Mapping[Channel, ReadColumn], time: int) -> dict[Channel, int]:
+    """Positions of own time columns of channels, if they have other ones than `time`."""
+    clocks, own = table.clocks(time), {channel: each.config.time for channel, each in columns.items()}
+    found = {
+        channel: clocks.get(each.position, time) if (name := own[channel]) is None else table.find(name)
+        for channel, each in columns.items()
+    }
+    return {channel: position for channel, position in found.items() if position != time}
+
+
+def _joined(
+    table: Table,
+    time: ReadColumn,
+    times: Array,
+    channels: Mapping[Channel, Array],
+    clocks: Mapping[Channel, int],
+) -> tuple[Array, dict[Channel, Array]]:
+    """Channels at the instants of `time` that all cover, those with own times interpolated linearly."""
+    since, found = table.instants(time.position)[1] if table.is_dated(time.position) else 0.0, dict(channels)
+    known = np.isfinite(times)
+    for channel, position in clocks.items():
+        own, first = table.instants(position)
+        own = (
+            own + (first - since) if table.is_dated(position) else replace(time, position=position).in_si(own)
+        )
+        values = channels[channel]
+        has_both = np.isfinite(own) & np.isfinite(values)
+        if np.any(np.diff(own[has_both]) <= 0.0) or np.count_nonzero(has_both) < 2:
+            raise RejectionError(
+                "time", f"{channel}: its own time {table.titles[position]!r} does not increase"
+            )
+        found[channel] = np.interp(times, own[has_both], values[has_both], np.nan, np.nan)
+        known &= ~np.isnan(found[channel])
+    if not known.any():
+        raise RejectionError("time", "the times of the columns do not overlap")
+    first, last = int(np.argmax(known)), known.size - int(np.argmax(known[::-1]))
+    return times[first:last], {channel: values[first:last] for channel, values in found.items()}

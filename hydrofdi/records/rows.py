@@ -23,6 +23,14 @@ _UNIT_APART = re.compile(r"(?<=\S)\s+(?=[\[(])")
 """Blanks between a name and its unit."""
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
 """Texts in lower case that mean a missing value."""
+_LIKE = (
+    "1.#qnan -1.#qnan 1.#ind -1.#ind 1.#inf -1.#inf nan(ind) -nan(ind) -nan #n/a #nv #value! #div/0! <na> nat"
+    " ol -ol ovl ofl overflow overrange bad invalid error --- -- - ? undefined unavailable unknown"
+)
+MISSING_LIKE = frozenset(_LIKE.split(" "))
+"""Texts in lower case that programs write for missing values; a description must say that they mean that."""
+_FORTRAN = re.compile(r"([-+]?\d*\.?\d*)[dD]([-+]?\d+)")
+_WITH_UNIT = re.compile(r"\s*([-+]?[\d.,' ]*\d(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)\s*")
 _AROUND = "[]() \r"
 """What may stand around a unit."""
 UNENDED = "the last line has no line end; its last number may be cut off"
@@ -137,6 +145,11 @@ class RowReader(Titled):
             raise ValueError(f"has {width} cells under {n_title} column names{hint}")
         return width
 
+    def unit_of_cell(self, cell: str) -> str:
+        """The unit at the end of a number; empty if there is none."""
+        match = _WITH_UNIT.fullmatch(cell)
+        return match[2] if match and is_unit(match[2]) else ""
+
     def numbers(self, lines: Sequence[str], positions: Sequence[int]) -> list[Array]:
         """Numbers of columns of rows of the same width, each of shape (n_line,); NaN if one is missing."""
         text, form = "\n".join(lines), self._form
@@ -153,7 +166,7 @@ class RowReader(Titled):
                 if matrix.shape[1] == len(lines):
                     return [np.ascontiguousarray(row) for row in matrix]
         columns = zip(positions, self.texts(lines, positions), strict=True)
-        return [np.array([self._number(position, cell) for cell in texts]) for position, texts in columns]
+        return [np.array([self.number(position, cell) for cell in texts]) for position, texts in columns]
 
     def texts(self, lines: Sequence[str], positions: Sequence[int]) -> list[list[str]]:
         """Cells of columns; empty if a row is too short."""
@@ -163,7 +176,7 @@ class RowReader(Titled):
     def is_number(self, cell: str) -> bool:
         """Whether a cell is a number or missing."""
         try:
-            self._number(None, cell)
+            self.number(None, cell)
         except ValueError:
             return False
         return True
@@ -173,10 +186,19 @@ class RowReader(Titled):
         text = cell.strip()
         return text in self._form.missing or text.lower() in _MISSING
 
-    def _number(self, position: int | None, cell: str) -> float:
+    def number(self, position: int | None, cell: str) -> float:
+        """The number in a cell; NaN if it is missing."""
         text, decimal = cell.strip(), self._form.decimal
         if self.is_missing(text):
             return float("nan")
+        if self._form.units_in_cells and position is not None and (unit := self.units[position]):
+            text = text.removesuffix(unit).rstrip() if text.endswith(unit) else f"{text} without {unit}"
+        if (sign := self._form.thousands) and sign in text:
+            whole, point, rest = text.partition(decimal)
+            is_grouped = re.fullmatch(rf"[-+]?\d{{1,3}}({re.escape(sign)}\d{{3}})+", whole)
+            text = whole.replace(sign, "") + point + rest if is_grouped else text
+        if "d" in text.lower() and (match := _FORTRAN.fullmatch(text)):
+            text = f"{match[1]}e{match[2]}"
         with suppress(ValueError):
             if not any(sign in text for sign in ("_" if decimal == "." else "_.")):
                 return float(text if decimal == "." else text.replace(",", "."))
@@ -186,6 +208,10 @@ class RowReader(Titled):
             hint = "; if commas are decimal signs, write 'format: {decimal: \",\"}'"
         elif decimal == "," and "." in text:
             hint = "; its point is not a decimal sign here, because 'decimal' is ','"
+        elif re.fullmatch(r"[-+]?\d{1,3}([,.' ]\d{3})+([,.]\d+)?", text):
+            hint = "; if it has thousands, write 'format: {thousands: …}'"
+        elif text.lower() in MISSING_LIKE:
+            hint = "; if it means a missing value, write 'format: {missing: …}'"
         raise ValueError(f"{column}{text[:40]!r} is not a number{hint}")
 
 
@@ -210,7 +236,9 @@ def runs(
 
 
 def _delimiter_of(first_lines: Sequence[str], form: FormatConfig) -> str:
-    """The delimiter in the first line."""
-    signs = [sign for sign in "\t;,|" if sign != form.decimal]
-    found = next((sign for sign in signs if sign in "".join(first_lines[:1])), None)
+    """The delimiter in the first line; the decimal sign may be one where all numbers are quoted."""
+    bare = [re.sub(r'"[^"]*"', "", line) for line in first_lines]
+    is_quoted = any('"' in line for line in first_lines) and form.decimal in "".join(bare[-1:])
+    signs = [sign for sign in "\t;,|" if sign != form.decimal or is_quoted]
+    found = next((sign for sign in signs if sign in "".join(bare[:1])), None)
     return found or (" " if " " in "".join(first_lines[-1:]).strip() else "\t")

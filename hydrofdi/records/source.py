@@ -337,7 +337,9 @@ def held_source(table: MemoryTable, described: Mapping[str, Any]) -> HeldSource:
     return HeldSource(table.place, config, table=table)
 
 
-_SUFFIXES_IN_FOLDERS = (".csv", ".tsv", ".parquet", ".pq", ".mat", ".npz", ".csv.gz", ".tsv.gz")
+_SUFFIXES_IN_FOLDERS = tuple(
+    ".csv .tsv .lvm .parquet .pq .mat .npz .mf4 .tdms .csv.gz .tsv.gz".split()  # noqa: SIM905
+)
 """Suffixes of records in a folder; a text such as readme.txt may be anything."""
 
 

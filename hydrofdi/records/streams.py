@@ -56,6 +56,7 @@ class EventKind(StrEnum):
     CONNECTED = "connected"
     DISCONNECTED = "disconnected"
     NOT_STORED = "not_stored"
+    BEHIND = "behind"
     INSECURE = "insecure"
 
 

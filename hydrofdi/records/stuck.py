@@ -87,9 +87,9 @@ def frozen_stretch(
     return stretch if is_abrupt else None
 
 
-_FEWEST_TURNS, _VARIED = 20, 3.0
+_FEWEST_TURNS, _VARIED, _ROUNDING = 20, 3.0, 1e-13
 """Fewest changes that show a rate; least ratio of their median size to their 10 % quantile if they are those
-of a held signal: the changes of a coarse converter are all of one digit."""
+of a held signal: the changes of a coarse converter are all of one digit; share of values that is rounding."""
 
 
 def update_rate(samples: Array, times: Array) -> float | None:
@@ -102,12 +102,15 @@ def update_rate(samples: Array, times: Array) -> float | None:
     if np.median(np.diff(turns)) >= 2.0:
         low, middle = np.quantile(changes[turns], [0.1, 0.5])
         return _rate_of(turns, times) if middle > _VARIED * low else None
-    bends = np.abs(np.diff(np.diff(samples) / np.diff(times)))
-    bent = np.flatnonzero(bends > 0.02 * np.quantile(bends, 0.98))
+    steps = np.diff(times)
+    bends = np.abs(np.diff(np.diff(samples) / steps))
+    rounding = _ROUNDING * float(np.max(np.abs(samples)) / steps.min())
+    bent = np.flatnonzero(bends > max(0.02 * np.quantile(bends, 0.98), rounding))
     turns = bent[np.diff(bent, prepend=-2) > 1]  # a knot between two samples bends the line at both
     if turns.size < max(_FEWEST_TURNS, 0.45 * bent.size) or np.quantile(np.diff(turns), 0.1) < 2.0:
         return None
-    return _rate_of(turns, times)
+    low, middle = np.quantile(bends[turns], [0.1, 0.5])
+    return _rate_of(turns, times) if middle > _VARIED * low else None
 
 
 def _rate_of(turns: NDArray[np.intp], times: Array) -> float:

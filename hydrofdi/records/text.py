@@ -8,7 +8,8 @@ import math
 import re
 from array import array
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from io import IncrementalNewlineDecoder
 from itertools import chain, dropwhile, islice
@@ -26,6 +27,9 @@ from hydrofdi.records.rows import HEAD_HINT, UNENDED, RowReader, require_text, r
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
+_OTHER_NUMBER = re.compile(r"[-+]?\d[\d.,' ]*([eEdD][-+]?\d+)?")
+"""A number in any format."""
+_DAY = 86_400.0
 _SOME = 1000
 """Number of first rows that show the usual width."""
 
@@ -74,7 +78,11 @@ class TextTable(Table):
         self._columns: dict[int, array[float]] = {}
         self._n_row, self._broken = 0, list[int]()
         self._since: times.Instant | None = None
+        self._dates: tuple[int | None, str, int | None] = None, "", None
         kept = self._beginning()
+        if kept and (stated := re.fullmatch(r'"?sep=(.)"?\s*', kept[0][1], re.IGNORECASE)):
+            form, kept = form.model_copy(update={"delimiter": form.delimiter or stated[1]}), kept[1:]
+            self._form = form
         if not kept:
             raise DataError(f"{place}: contains no rows")
         self._rows = RowReader(form, [line for _, line in kept[:2]], place)
@@ -89,23 +97,79 @@ class TextTable(Table):
         self.titles = self._rows.header(texts[0]) if self._n_head else self._numbered(texts, cells)
         self._rows.titles = self.titles
         self._rows.units = cells[1] if self._n_head > 1 else []
-        self._example = cells[self._n_head :]
-        widths = Counter(map(len, self._example))
+        self.example = cells[self._n_head :]
+        if form.units_in_cells and self.example:
+            self._rows.units = [self._rows.unit_of_cell(cell) for cell in self.example[0]]
+        widths = Counter(map(len, self.example))
         usual = max(widths, key=lambda width: (widths[width], width), default=0)
         self._usual = min(len(self.titles), usual)
-        if self._n_head and self._example:
-            self._check_first(self._example[0])
+        if self._n_head and self.example:
+            self._check_first(self.example[0])
+
+    def clocks(self, time: int | None = None) -> Mapping[int, int]:
+        """Columns to the right of one of several columns of time with one name belong to it."""
+        named = times.titles_of_time(self)
+        if len(named) < 2 or len({self.titles[n] for n in named}) > 1:
+            return {}
+        steps = {n: self._first_step(n) for n in named}
+        others = [n for n in range(len(self.titles)) if n not in named and n > named[0]]
+        found = {n: max(each for each in named if each < n) for n in others}
+        return dict(sorted(found.items(), key=lambda item: steps[item[1]]))
+
+    def _first_step(self, position: int) -> float:
+        with suppress(ValueError, IndexError):
+            first, second = (self._rows.number(position, row[position]) for row in self.example[:2])
+            return second - first
+        return math.inf
+
+    @property
+    def first_numeric(self) -> tuple[int, list[str]] | None:
+        """Line and cells of the first row of numbers and dates alone, as any format writes them."""
+        for row, cells in enumerate(self.example):
+            if any(map(str.strip, cells)) and all(map(self._is_value, filter(str.strip, cells))):
+                return self._lines[self._n_head + row], cells
+        return None
+
+    @property
+    def n_between(self) -> int:
+        """Number of lines with cells between the header, with its units, and the first row of numbers."""
+        first = self.first_numeric
+        return 0 if first is None else self._lines.index(first[0]) - self._n_head
+
+    def _is_value(self, cell: str) -> bool:
+        is_plain = self._rows.is_number(cell) or times.is_dated(cell) or self._rows.unit_of_cell(cell)
+        return bool(is_plain or _OTHER_NUMBER.fullmatch(cell.strip()))
+
+    def lines_above(self, line: int) -> list[list[str]]:
+        """Cells of the lines above a line, those next to it first."""
+        above = next(self._blocks())[: line - 1]
+        return [self._rows.cells([text])[0] for text in reversed(above) if text.count('"') % 2 == 0]
+
+    @property
+    def units_in_cells(self) -> bool:
+        """Whether all cells of the first row are numbers with units, and not plain ones."""
+        row = [cell for cell in self.example[0] if cell.strip()] if self.example else []
+        return bool(row) and all(map(self._rows.unit_of_cell, row))
+
+    def tokens(self, known: Collection[str]) -> list[str]:
+        """Which of the known texts stand in cells anywhere, as they are written."""
+        found: dict[str, None] = {}
+        for _, lines in self._row_blocks():
+            for _, cells in runs(lines, self._rows.cells):
+                texts = chain.from_iterable([] if isinstance(cells, ValueError) else cells)
+                found |= dict.fromkeys(text.strip() for text in texts if text.strip().lower() in known)
+        return [text for text in found if not self._rows.is_number(text)]
 
     @property
     def has_decimal_commas(self) -> bool:
-        """Whether the first row has numbers with decimal commas, contrary to the description."""
-        cells = self._example[0] if self._example and self._form.decimal == "." else []
-        return any(_COMMA_NUMBER.fullmatch(cell.strip()) for cell in cells)
+        """Whether the first row of numbers has decimal commas, contrary to the description."""
+        first = self.first_numeric or (0, next(iter(self.example), []))
+        return self._form.decimal == "." and any(_COMMA_NUMBER.fullmatch(each.strip()) for each in first[1])
 
     @property
     def has_numbers(self) -> bool:
         """Whether the last rows that were looked at have a number or a date."""
-        cells = [cell for row in self._example[-2:] for cell in row if cell.strip()]
+        cells = [cell for row in self.example[-2:] for cell in row if cell.strip()]
         return any(
             self._rows.is_number(cell) or times.is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
             for cell in cells
@@ -131,7 +195,13 @@ class TextTable(Table):
             whole = np.delete(np.arange(times.size), rows)
             times[rows] = np.interp(rows, whole, times[whole], left=np.nan, right=np.nan)
         since = self._since if self.is_dated(position) else None
+        if since is not None and since.nanoseconds < _DAY * 1e9:  # times of day, which begin anew at midnight
+            return times + _DAY * np.cumsum(np.diff(times, prepend=times[:1]) < -_DAY / 2.0), math.nan
         return times, math.nan if since is None else since.nanoseconds / 1e9
+
+    def date_by(self, position: int, form: str, date: int | None) -> None:
+        """Read dates of a column in a stated format, after those of the column `date`."""
+        self._dates = position, form, date
 
     def text(self, position: int) -> str:
         """The value of a constant column."""
@@ -145,9 +215,14 @@ class TextTable(Table):
                 raise DataError(f"{place}: column {title!r} changes from {first!r} to {value!r}")
         return first or ""
 
+    def texts(self, position: int) -> list[str]:
+        """All cells of a column."""
+        return [cells[position].strip() for _, cells in self._rows_of_cells()]
+
     def load(self, positions: Sequence[int]) -> None:
         """Read columns, all in one pass."""
-        reading = _Reading(self._rows, self._usual, positions, filter(self.is_dated, positions))
+        dated = filter(self.is_dated, positions)
+        reading = _Reading(self._rows, self._usual, positions, dated, self._dates[1:])
         is_unended = False
         for number, lines in self._row_blocks():
             is_unended = not self._rows.is_empty(lines[-1])
@@ -218,7 +293,9 @@ class TextTable(Table):
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
-        cells = (row[position] for row in self._example if position < len(row))
+        if position == self._dates[0]:
+            return True
+        cells = (row[position] for row in self.example if position < len(row))
         return times.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
 
     def _numbered(self, texts: list[str], cells: list[list[str]]) -> list[str]:
@@ -246,8 +323,11 @@ class TextTable(Table):
 class _Reading:
     """Rows that are read, one run after another."""
 
-    def __init__(self, rows: RowReader, usual: int, positions: Sequence[int], dated: Iterable[int]) -> None:
-        self._rows, self._usual, self._dated = rows, usual, [*dated]
+    def __init__(
+        self, rows: RowReader, usual: int, positions: Sequence[int], dated: Iterable[int],
+        dates: tuple[str, int | None] = ("", None),
+    ) -> None:  # fmt: skip
+        self._rows, self._usual, self._dated, (self._form, self._date) = rows, usual, [*dated], dates
         self._numeric = [position for position in positions if position not in self._dated]
         self.columns = {position: array("d") for position in positions}
         self.n_row = self.n_waiting = self._n_between = self._cut_line = 0
@@ -264,6 +344,9 @@ class _Reading:
         found = dict(zip(self._numeric, self._rows.numbers(lines, self._numeric), strict=True))
         for position, texts in zip(self._dated, self._rows.texts(lines, self._dated), strict=True):
             try:
+                if self._date is not None:
+                    (days,) = self._rows.texts(lines, [self._date])
+                    texts = [f"{day.strip()} {text.strip()}" for day, text in zip(days, texts, strict=True)]
                 found[position] = self._seconds(texts)
             except ValueError as error:
                 raise ValueError(f"column {self._rows.titles[position]!r}: {error}") from None
@@ -306,6 +389,7 @@ class _Reading:
 
     def _seconds(self, texts: Sequence[str]) -> Array:
         """Time since the first date [s]."""
-        instants = [None if self._rows.is_missing(text) else times.instant(text) for text in texts]
+        missing = self._rows.is_missing
+        instants = [None if missing(text) else times.instant(text, form=self._form) for text in texts]
         self.since = self.since or next(filter(None, instants), None)
         return times.seconds_since(self.since, instants)

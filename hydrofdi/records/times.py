@@ -37,6 +37,7 @@ from hydrofdi.units import ABOVE, BELOW, parse_unit, zero_of
 
 _POINTED = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):")
 """Day, month and year separated by dots, as in 31.01.2026 12:00."""
+_OF_DAY = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d{1,9})?")
 _BEYOND = re.compile(r":\d\d[.,]\d{6}(\d{1,3})")
 _EPOCH = datetime(1970, 1, 1)
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
@@ -66,19 +67,23 @@ def time_zone(name: str) -> tzinfo:
         raise ValueError(f"{name[:40]!r} is not a time zone{hint}") from None
 
 
-def instant(text: str, zone: tzinfo | None = None) -> Instant:
-    """The instant of a text in ISO 8601, or such as 31.01.2026 12:00:00,25; `zone` if it has none.
+def instant(text: str, zone: tzinfo | None = None, form: str = "") -> Instant:
+    """The instant of a text in a stated format, else in ISO 8601, or such as 31.01.2026 12:00:00,25.
+
+    It has `zone` if it states none; a time of day is on the first day.
 
     In an hour that repeats, the first pass is taken.
     """
     written = text.strip()
     try:
         turned = _POINTED.sub(lambda at: f"{at[3]}-{at[2]:0>2}-{at[1]:0>2}T{at[4]:0>2}:", written)
-        found = datetime.fromisoformat(turned)
+        turned = f"1970-01-01T{turned:0>8}" if _OF_DAY.fullmatch(turned) else turned
+        found = datetime.strptime(written, form) if form else datetime.fromisoformat(turned)
         found = found.replace(tzinfo=zone) if found.tzinfo is None else found
         passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
     except (ValueError, OverflowError):
-        raise ValueError(f"{written[:40]!r} is not a date and time such as {_EXAMPLE}") from None
+        what = f"in the format {form!r}" if form else f"such as {_EXAMPLE}; state its format in 'time'"
+        raise ValueError(f"{written[:40]!r} is not a date and time {what}") from None
     digits = _BEYOND.search(written)  # datetime ignores what is below a microsecond
     nanoseconds = int(f"{digits[1]:0<3}") if digits else 0
     whole = passed.days * 86_400 + passed.seconds
@@ -119,6 +124,8 @@ def time_column(table: Titled, configured: TimeConfig | None) -> ReadColumn | No
     """
     if configured is not None:
         found = [find_column(table.titles, configured.column, table.place)]
+    elif clocks := table.clocks():
+        found = [next(iter(clocks.values()))]
     elif len(found := named_time(table)) > 1:
         names = ", ".join(shortened(table.titles[n]) for n in found)
         raise DataError(f"{table.place}: has more than one column of time: {names}")
@@ -159,6 +166,8 @@ def titles_of_time(table: Titled) -> list[int]:
 _GAP = 1.751
 """Longest step between samples without a gap, in median steps: 7/4 even if it is rounded."""
 _DIGITS = 9
+_JOINED = 0.1
+"""Share by which the median step differs from the mean if stamps of other rasters lie between."""
 
 
 def counts_samples(values: Array) -> bool:
@@ -216,7 +225,9 @@ def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tup
             )
         raise RejectionError("time", text)
     typical = float(np.median(steps))
-    step = typical if np.any(steps > _GAP * typical) else (times[-1] - times[0]) / (times.size - 1)
+    mean = float(times[-1] - times[0]) / (times.size - 1)
+    is_joined = bool(np.isfinite(mean)) and abs(typical / mean - 1.0) > _JOINED
+    step = typical if np.any(steps > _GAP * typical) or is_joined else mean
     frequency = float(f"{1.0 / step:.{_DIGITS}g}")
     if not 0.0 < frequency < np.inf:
         raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
@@ -230,7 +241,7 @@ def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tup
 def _rounded(times: Array) -> tuple[float, float] | None:
     """Rate of an even clock [Hz] whose stamps were rounded, to decimals or to single precision, and to what
     [s]; None if rounding does not explain the instants."""
-    some = times[:: max(1, times.size // 1000)]
+    some = np.concatenate([times[:1000], times[-1000:]])
     size = float(np.max(np.abs(some)))
     grids = [10.0**-n for n in range(10) if np.all(np.abs(some * 10.0**n - np.rint(some * 10.0**n)) < 0.01)]
     for unit in (1.0, 1e-3, 1e-6):
@@ -242,12 +253,19 @@ def _rounded(times: Array) -> tuple[float, float] | None:
     grid, width = max(grids, default=0.0), float(np.ptp(times - slope * number))
     if times.size < _FEWEST or not 0.0 < width <= _WIDTH * grid:
         return None
+    # an even clock on a grid takes two neighbouring steps, the rarer one at even distances (three-distance
+    # theorem; one more where halves are rounded to even); lost samples lie anywhere
+    counts = np.rint(np.diff(times) / grid)
+    rare = np.flatnonzero(counts != np.median(counts))
+    if counts.all() and (rare.size < _FEWEST_RARE or np.ptp(counts) > 1.0 or np.ptp(np.diff(rare)) > 2.0):
+        return None
     # the shortest number that the stamps cannot tell from the slope
     rates = (float(f"{1.0 / slope:.{digits}g}") for digits in range(1, 17))
     tolerance = 0.1 * grid / (slope * times.size)
     return next(rate for rate in rates if abs(rate * slope - 1.0) <= max(tolerance, 1e-15)), grid
 
 
+_FEWEST_RARE = 3
 _WIDTH = 1.1
 """Width of the instants around an even clock, in units of their last digit; rounding alone makes 1."""
 

@@ -10,6 +10,7 @@ from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import detector_text
 from hydrofdi.detectors.trained.lines import is_said, line_record
 from hydrofdi.monitor.mqtt import payload_of
+from hydrofdi.records.streams import Chunk
 from tests.monitor.streams import P1, Killed, made_detector, part, stream
 
 FILE = made_detector()
@@ -31,6 +32,11 @@ def write_fleet(folder, machines, **keys):
     path = folder / "fleet.yaml"
     path.write_text(json.dumps({"machines": machines, "store_every": "50 ms", **usual, **keys}))
     return path
+
+
+def later(chunk, seconds):
+    """The same samples so many seconds later."""
+    return Chunk(chunk.time + seconds, chunk.channels)
 
 
 def write_csv(path, chunk):

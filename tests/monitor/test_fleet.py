@@ -27,7 +27,17 @@ from hydrofdi.monitor.sources import joined
 from hydrofdi.monitor.store import StateStore, StoredMachine
 from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import run
-from tests.monitor.fleets import expected, killed_at, logged, made, n_window, once, write_csv, write_fleet
+from tests.monitor.fleets import (
+    expected,
+    killed_at,
+    later,
+    logged,
+    made,
+    n_window,
+    once,
+    write_csv,
+    write_fleet,
+)
 from tests.monitor.streams import P1, Killed, made_detector, part, stream
 
 MACHINES = made(3)
@@ -173,6 +183,27 @@ def test_processes_share_the_machines_by_partitions(fleet, tmp_path):
     for k in (1, 2, 3):
         monitor_fleet(fleet, follow=False, partition=f"{k}/3", state=tmp_path / f"{k}.db")
     assert logged(tmp_path / "fleet.jsonl") == expected(MACHINES)
+
+
+def test_the_state_of_another_partition_is_refused_and_left_whole(fleet, tmp_path):
+    """It lacks machines that others had."""
+    path = tmp_path / "fleet.db"
+    monitor_fleet(fleet, follow=False, partition="1/3")
+    content = path.read_bytes()
+    for other in ("2/3", "1/2", None):
+        with pytest.raises(StoreError, match="partition 1/3"):
+            monitor_fleet(fleet, follow=False, partition=other)
+    assert path.read_bytes() == content
+    monitor_fleet(fleet, follow=False, partition="1/3")
+    monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db")
+    monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db", partition="1/1")
+
+
+def test_files_of_another_day_are_not_late(fleet, tmp_path):
+    write_csv(tmp_path / "press" / "m0.csv", later(MACHINES["m0"], 1.7e9))
+    said = []
+    monitor_fleet(fleet, follow=False, on_line=said.append)
+    assert "behind" not in {line.get("event") for line in said}
 
 
 def test_a_state_comes_back_with_the_same_bits(tmp_path):

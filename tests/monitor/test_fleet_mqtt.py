@@ -5,6 +5,7 @@ import random
 import signal
 import subprocess
 import time
+import urllib.request
 from collections import defaultdict
 from contextlib import contextmanager
 from itertools import count, islice
@@ -17,6 +18,7 @@ from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
+from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import MonitorConfig
@@ -32,6 +34,7 @@ from tests.monitor.fleets import (
     blocks_of,
     expected,
     killed_at,
+    later,
     logged,
     made,
     n_window,
@@ -241,6 +244,63 @@ def test_of_three_processes_one_is_killed_and_the_others_go_on(broker, fleet, tm
     again.end()
     for k, machines in parts.items():
         assert logged(tmp_path / f"{k}.jsonl") == expected(machines, is_over=False)
+
+
+@needs_mosquitto
+def test_a_second_process_of_a_partition_is_refused_until_the_first_has_ended(broker, fleet, tmp_path):
+    """Also if it has another state and log; the end of the first may be a kill."""
+
+    def begun(name):
+        own = {"partition": "1/3", "state": tmp_path / f"{name}.db", "log": tmp_path / f"{name}.jsonl"}
+        command = [*COMMAND, "monitor", str(fleet), *(f"--{key}={value}" for key, value in own.items())]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def is_connected(process):
+        return any(json.loads(line).get("event") == "connected" for line in process.stdout)
+
+    for number, end in enumerate((signal.SIGKILL, signal.SIGTERM)):
+        with begun(f"first{number}") as first:
+            try:
+                assert is_connected(first)
+                with begun("second") as second:
+                    _, errors = second.communicate(timeout=120)
+                assert second.returncode == 2
+                assert "partition" in errors
+                assert first.poll() is None
+                first.send_signal(end)
+                first.communicate(timeout=120)
+            finally:
+                first.kill()
+
+
+@needs_mosquitto
+def test_a_fleet_that_falls_behind_says_so_with_the_age_of_the_samples(broker, fleet, tmp_path):
+    """When it begins, when it has caught up, and at the end."""
+
+    def sent(seconds, names):
+        now = time.time() - seconds
+        return [(name, payload_of(later(part(MACHINES["m0"], 0, 100), now))) for name in names]
+
+    def ages(life, *, is_end):
+        found = [line for line in life.lines if line.get("event") == "behind" and line["is_end"] == is_end]
+        return [line["details"]["age_s"] for line in found]
+
+    life = Life(fleet, metrics="127.0.0.1:0")
+    send(broker, sent(500.0, ["m0"]))
+    wait_for(lambda: ages(life, is_end=False))
+    send(broker, sent(-60.0, ["m0"]))
+    wait_for(lambda: ages(life, is_end=True))
+    (url,) = (line["text"].split()[-1] for line in life.lines if "metrics are served" in line.get("text", ""))
+    with urllib.request.urlopen(url, timeout=30) as answer:
+        families = text_string_to_metric_families(answer.read().decode())
+    (sample,) = (each.samples[0] for each in families if each.name == "hydrofdi_behind_seconds")
+    assert sample.labels == {"machine": ""}
+    assert sample.value < 10.0
+    send(broker, sent(300.0, ["m1"]))
+    wait_for(lambda: len(ages(life, is_end=False)) == 2)
+    life.end()
+    assert [ages(life, is_end=False)[0], ages(life, is_end=True)[0]] == pytest.approx([500.0] * 2, abs=60.0)
+    assert len(ages(life, is_end=True)) == 2
 
 
 @needs_mosquitto

@@ -107,7 +107,7 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
             *(column(name, "m^3/s") for name in ("leak", "leak_low", "leak_high")),
             column("chart_statistic", title=chart, is_shown=file.chart is not None),
             Column("alarm", alarms, title="verdict", text=[*map(_verdict, windows)], is_text=True),
-            *words("fault", "reason", "doubt"),
+            *words("cause", "fault", "reason", "doubt"),
         ),
         title=f"{file.score_name}, {file.feature.meaning}: alarm {file.alarm_text}",
         notes=tuple(notes),
@@ -118,7 +118,8 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
 def _verdict(window: JudgedWindow) -> str:
     if (fault := window.verdict.fault) is not None:
         return f"not judged, {fault.kind}: {fault.message}"
-    leak = f", {window.verdict.leak}" if window.alarm and window.verdict.leak else ""
+    leak = f", {window.verdict.leak}" if window.verdict.leak else ""
+    leak += f" by {window.verdict.cause}" if window.verdict.cause else ""
     doubt = f"; doubtful: {window.verdict.doubt}" if window.verdict.doubt else ""
     return (f"ALARM{leak}" if window.alarm else "healthy") + doubt
 
@@ -193,4 +194,5 @@ def _fields(window: JudgedWindow, file: DetectorFile) -> dict[str, Any]:
         "fault": "" if fault is None else fault.kind,
         "reason": "" if fault is None else fault.message,
         "doubt": window.verdict.doubt,
+        "cause": window.verdict.cause,
     }

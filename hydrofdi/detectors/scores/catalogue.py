@@ -332,6 +332,128 @@ class Compensated(Score[Section]):
         return Residual(standardised, proxies.min(axis=0), proxies.max(axis=0), coefficients)
 
 
+class EitherOptions(Section):
+    """Options of `Either`."""
+
+    proxies: Annotated[int, Field(ge=0)] = 0
+    """How many of the numbers, the last ones, are conditions that explain the others."""
+
+
+@dataclass(frozen=True, eq=False)
+class LargestResidual:
+    """Largest residual of some features, in the unit of the first.
+
+    Attributes
+    ----------
+    origin : float
+        Score of a residual of zero.
+    standardised : Standardisation
+        Of the features, and of the proxies behind them.
+    scale : ndarray, shape (n_of,)
+        Spread of each residual of a standardised feature.
+    coefficients : ndarray, shape (n_of, n_term)
+    variance : ndarray, shape (n_term, n_term)
+        Covariance of the coefficients over the variance of the residual.
+    low, high : ndarray, shape (n_proxy,)
+        Range of the standardised proxies in the fit records.
+    """
+
+    origin: float
+    standardised: Standardisation
+    scale: Array
+    coefficients: Array
+    variance: Array
+    low: Array
+    high: Array
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        n_of, n_proxy = self.scale.size, self.low.size
+        n_term = (n_proxy + 1) * (n_proxy + 2) // 2
+        require_shape(self.standardised.kept, n_of + n_proxy)
+        require_shape(self.scale, n_of)
+        require_shape(self.coefficients, n_of, n_term)
+        require_shape(self.variance, n_term, n_term)
+        require_shape(self.high, n_proxy)
+
+    @property
+    def spread(self) -> Array:
+        """Healthy spread of the residual of each feature, in its own unit."""
+        return self.standardised.scale[: self.scale.size] * self.scale
+
+    def spreads(self, values: Array) -> Array:
+        """Residual of each feature beyond its allowance, in healthy spreads, shape (n_record, n_of)."""
+        features, n_of = self.standardised(values), self.scale.size
+        proxies, n_linear = features[:, n_of:], 1 + self.low.size
+        left = features[:, :n_of] - row_products(quadratic_terms(proxies), self.coefficients.T)
+        # twice the curvature beyond the fit records bounds the terms of higher order
+        beyond = quadratic_terms(proxies - np.clip(proxies, self.low, self.high))[:, n_linear:]
+        allowance = 2.0 * np.abs(
+            row_products(np.ascontiguousarray(beyond), self.coefficients[:, n_linear:].T)
+        )
+        return np.asarray(np.sign(left) * np.maximum(np.abs(left) - allowance, 0.0) / self.scale)
+
+    def widening(self, values: Array) -> Array:
+        """Deviation of a prediction over that at the nearest proxies of fit records, shape (n_record,)."""
+        proxies = self.standardised(values)[:, self.scale.size :]
+        both = map(quadratic_terms, (proxies, np.clip(proxies, self.low, self.high)))
+        here, there = (1.0 + np.sum(row_products(each, self.variance) * each, axis=1) for each in both)
+        return np.asarray(np.sqrt(here / there))
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        largest = self.spreads(values).max(axis=1) / self.widening(values)
+        return np.asarray(self.origin + self.spread[0] * largest)
+
+
+class Either(Score[EitherOptions]):
+    """The feature that is farthest above what the proxies explain, in the unit of the first.
+
+    Thus each has a limit of its own, and all keep one false-alarm rate together. Proxies are extrapolated;
+    beyond the fit records, residuals lose twice the part of the extrapolation that is curvature, and the
+    score shrinks by as much as the prediction is less certain than at the nearest proxies of fit records.
+
+    c + s_1 max_i (y_i − Σ b_ijk p_j p_k)/s_i √((1 + h_0)/(1 + h)), p_0 = 1, b by least squares, s_i the
+    healthy spreads, h = tᵀ (TᵀT)⁻¹ t of the terms t, h_0 with the nearest proxies of the fit records; c = 0.
+    Without proxies, b_i00 are the healthy medians, and c = b_100.
+
+    Montgomery, Peck and Vining, Introduction to Linear Regression Analysis (2012), section 3.5, on h.
+    """
+
+    name = "either"
+    summary = "The number that is farthest above what the conditions explain, in the unit of the first."
+    Options = EitherOptions
+    Trained = LargestResidual
+    needs_extra = False
+    direction = None
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Fit by least squares to healthy records."""
+        standardised = standardisation(values)
+        n_of = int(np.sum(standardised.kept < values.shape[1] - self.options.proxies))
+        if standardised.kept[0] != 0:
+            raise NotStatedError("the score either: its first number does not vary among healthy fit records")
+        features = standardised(values)
+        features = features[np.abs(features).max(axis=1) <= FAR]
+        of, proxies = features[:, :n_of], features[:, n_of:]
+        terms = quadratic_terms(proxies)
+        coefficients, origin = np.zeros((n_of, 1)), float(standardised.centre[0])
+        if proxies.shape[1]:
+            needed = RECORDS_PER_COEFFICIENT * terms.shape[1]
+            if len(of) < needed:
+                raise NotStatedError(
+                    f"the score either needs {needed} healthy fit records to regress on its conditions, not"
+                    f" {len(of)}",
+                    needed,
+                )
+            coefficients, origin = np.ascontiguousarray(np.linalg.lstsq(terms, of, rcond=None)[0].T), 0.0
+        scale, variance = standardisation(of - terms @ coefficients.T).scale, np.linalg.pinv(terms.T @ terms)
+        return LargestResidual(
+            origin, standardised, scale, coefficients, np.asarray(variance, dtype=float),
+            proxies.min(axis=0), proxies.max(axis=0),
+        )  # fmt: skip
+
+
 def quadratic_terms(proxies: Array) -> Array:
     """Terms 1, p_j and p_j p_k for j ≤ k.
 

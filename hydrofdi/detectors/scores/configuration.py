@@ -27,11 +27,12 @@ _CHOICE_OF_ONE = re.compile(r"\[.*|\s*\(.*")
 class ScoreConfig(Section):
     """A score computed from measured numbers."""
 
-    kind: Literal["mahalanobis", "one_class", "lda", "logistic", "compensated", "largest_change"]
+    kind: Literal["mahalanobis", "one_class", "lda", "logistic", "compensated", "largest_change", "either"]
     """``mahalanobis`` and ``one_class`` are fitted to healthy fit records, ``lda`` and ``logistic`` to
     healthy and leaking ones. ``compensated``: a number minus its expected value, from its regression on
     ``by`` in healthy fit records. ``largest_change``: the largest fall below the mean of healthy fit records,
-    as a share of it; of ``dwt.d1`` … ``dwt.d5`` the rule of the paper."""
+    as a share of it; of ``dwt.d1`` … ``dwt.d5`` the rule of the paper. ``either``: the number that is
+    farthest above its healthy values, in the unit of the first."""
 
     of: list[str] = Field(min_length=1)
     """Inputs: labels of indicators, or single numbers such as ``ring_down.damping_ratio``."""
@@ -42,7 +43,8 @@ class ScoreConfig(Section):
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of the kind, which may also be given next to the other keys: ``shrinkage`` (0 to 1) of
     ``mahalanobis``; ``outside`` (share of fit records, above 0) and ``width`` of ``one_class``; ``seed`` of
-    ``logistic``."""
+    ``logistic``; ``proxies`` of ``either``: how many of its numbers, the last ones, are conditions that
+    explain the others."""
 
     @model_validator(mode="after")
     def _compensated_alone_regresses(self) -> Self:
@@ -50,6 +52,10 @@ class ScoreConfig(Section):
             needs = "has no use for 'by'" if self.by else "needs 'by': numbers to regress on"
             raise ValueError(f"{self.kind} {needs}")
         return self
+
+
+OF_ONE = ("compensated", "either")
+"""Kinds of scores with the unit of their first number."""
 
 
 class ScoresConfig(Section):

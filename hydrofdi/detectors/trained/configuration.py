@@ -151,14 +151,25 @@ class Feature:
         return next(iter(self.numbers.values()))[1]
 
     @property
+    def judged(self) -> list[str]:
+        """The numbers that each have a limit of their own; none if the score combines them to another one."""
+        if self.score is None:
+            return [*self.numbers][:1]
+        n_judged = len(self.numbers) - int(self.score.options.get("proxies", 0))
+        return [*self.numbers][:n_judged] if self.score.kind == "either" else []
+
+    @property
     def label(self) -> str:
-        """Label, such as ``dwt.d2``."""
-        return next(iter(self.numbers)) if self.score is None else self.score.kind
+        """Label, such as ``dwt.d2`` or ``weak_rls.leakage or cross_port_leakage``."""
+        first, *others = self.judged or [str(self.score and self.score.kind)]
+        return " or ".join([first, *(each.partition(".")[2] for each in others)])
 
     @property
     def meaning(self) -> str:
         """What the score is, in words."""
-        return self.described.long_name if self.score is None else str(score_kind(self.score.kind).summary)
+        if self.judged:
+            return self.described.long_name if len(self.judged) == 1 else "each with its own limit"
+        return str(self.score and score_kind(self.score.kind).summary)
 
     @property
     def channels(self) -> frozenset[Channel]:
@@ -175,6 +186,11 @@ class Feature:
         """Name in doubts, such as ``weak_rls.leakage`` → output of an indicator."""
         pairs = self.indicators.items()
         return {f"{label}.{output.name}": output for label, each in pairs for output in each.outputs}
+
+    @property
+    def through_all(self) -> str:
+        """Number that is the flow through all clearances, of which that of a leak takes up a share."""
+        return f"{next(iter(self.indicators))}.{self.described.clearances[0]}"
 
     @property
     def leak(self) -> tuple[str, str] | None:

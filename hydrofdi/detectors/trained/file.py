@@ -327,6 +327,20 @@ class DetectorFile(Part):
         """Scores of windows from their numbers, shape (n_window, n_number)."""
         return numbers[:, 0] if self._fitted is None else self._fitted.score(numbers)
 
+    def widening(self, numbers: Array) -> float:
+        """How much less certain a score is than at the nearest conditions of the healthy windows."""
+        rule: Any = None if self._fitted is None else self._fitted.rule
+        return float(rule.widening(numbers[None])[0]) if hasattr(rule, "widening") else 1.0
+
+    def cause(self, numbers: Array) -> str:
+        """Of several numbers with limits of their own, the one that alarms, and what looks like it."""
+        if len(names := self.feature.judged) < 2 or self._fitted is None:
+            return ""
+        rule: Any = self._fitted.rule
+        place = int(rule.standardised.kept[rule.spreads(numbers[None])[0].argmax()])
+        like = "as of a gap or of a valve that leaks more" if place else "as of a hole or a scored bore"
+        return f"{names[place]}, {like}"
+
     @cached_property
     def _fitted(self) -> Fitted | None:
         if self.score is None or self.config.score is None:
@@ -349,8 +363,9 @@ class DetectorFile(Part):
     @property
     def score_name(self) -> str:
         """Name of the score, such as ``dwt.d2`` or ``mahalanobis(P1 x)``."""
-        if self.config.score is None:
-            return f"{self.config.indicator}.{self.config.output}"
+        if self.feature.judged:
+            return self.feature.label
+        assert self.config.score is not None
         return f"{self.config.score.kind}({' '.join(channel.symbol for channel in self.channels)})"
 
     @property
@@ -358,7 +373,13 @@ class DetectorFile(Part):
         """What raises an alarm, such as ``below 29 kPa or above 257 kPa``; with a chart its limit alone."""
         if self.chart is not None and self.config.chart is not None:
             return f"where their chart {self.config.chart.chart} reaches {plain(self.chart.limit, 4)}"
-        ends = (("below", self.limits.low), ("above", self.limits.high))
+        ends = [("below", self.limits.low), ("above", self.limits.high)]
+        if len(self.feature.judged) > 1 and self._fitted is not None and self.limits.high is not None:
+            rule: Any = self._fitted.rule
+            beyond = (self.limits.high - rule.origin) * rule.spread / rule.spread[0]
+            if not rule.low.size:
+                beyond += rule.standardised.centre + rule.standardised.scale * rule.coefficients[:, 0]
+            ends = [("above", float(each)) for each in beyond]
         return " or ".join(f"{side} {self.score_text(end)}" for side, end in ends if end is not None)
 
     def score_text(self, score: float) -> str:

@@ -18,7 +18,7 @@ from hydrofdi.detectors.rules import make_chart
 from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.detectors.trained.configuration import TimedChart
-from hydrofdi.detectors.trained.file import ChartLimit, Fleet, Limits, Scale
+from hydrofdi.detectors.trained.file import ChartLimit, Fleet, Limits, Scale, TrainedScore
 from hydrofdi.detectors.trained.scoring import HealthyScores
 from hydrofdi.detectors.trained.verdicts import standardised
 from hydrofdi.errors import NotStatedError
@@ -296,12 +296,25 @@ _WARMER = 0.6
 """Growth of the flow through clearances with oil that is 15 K warmer, at 3 % less viscosity per kelvin."""
 
 
-def with_allowance(limits: Limits, found: HealthyScores, unit: str) -> Limits:
-    """The limits of a flow, which contains that of the valve clearances, with an allowance for warmer oil."""
-    allowance = _WARMER * float(np.nanmedian(found.clearances))
-    if unit != "m^3/s" or limits.high is None or limits.low is not None or not allowance > 0.0:
-        return limits
-    return limits.model_copy(update={"high": limits.high + allowance, "allowance": allowance})
+def with_allowance(
+    limits: Limits, trained: TrainedScore | None, found: HealthyScores
+) -> tuple[Limits, TrainedScore | None]:
+    """The limits of flows, which contain that of the valve clearances, with an allowance for warmer oil."""
+    score = found.config.score
+    is_flow = found.feature.described.unit == "m^3/s" and (score is None or score.kind == "either")
+    warmer = _WARMER * float(np.nanmedian(found.clearances))
+    if not is_flow or limits.high is None or limits.low is not None or not warmer > 0.0:
+        return limits, trained
+    first, *others = (output.clearances[1] * warmer for _, output, _ in found.feature.numbers.values())
+    limits = limits.model_copy(update={"high": limits.high + first, "allowance": first})
+    if trained is not None and others:
+        rule, units = trained.rule, np.array(trained.rule["standardised"]["scale"])
+        # another number has more room by its own share, less what the limit of the first gives it
+        spread = units * rule["scale"]
+        room = (np.array([first, *others]) - first * spread / spread[0]) / units
+        rule = rule | {"coefficients": (np.array(rule["coefficients"]) + room[:, None]).tolist()}
+        trained = trained.model_copy(update={"rule": rule})
+    return limits, trained
 
 
 def scale_of(scores: Array) -> Scale:

@@ -87,6 +87,7 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
         "beyond_limit": verdict.is_beyond,
         "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.message},
         "doubt": verdict.doubt or None,
+        "cause": verdict.cause or None,
         "leak": verdict.leak and verdict.leak.to_dict(),
         "oil_temperature": _finite(verdict.temperature),
         "chart": chart and {
@@ -210,7 +211,8 @@ def conditioned(state: State, patience: int, window: WindowLine) -> tuple[State,
 
 def _why(window: WindowLine) -> str:
     verdict, chart = window.verdict, window.chart
-    doubt = f"; doubtful: {verdict.doubt}" if verdict.doubt else ""
+    doubt = f" by {verdict.cause}" if verdict.cause else ""
+    doubt += f"; doubtful: {verdict.doubt}" if verdict.doubt else ""
     if chart is not None:
         statistic, limit = (plain(each, 4) for each in (chart.statistic or 0.0, chart.limit))
         return f"the statistic of the chart, {statistic}, reaches its limit, {limit}{doubt}"

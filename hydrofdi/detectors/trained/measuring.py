@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.scores.configuration import OF_ONE
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import Output, measure
@@ -70,7 +71,7 @@ class Measured:
         Outputs that state how well the model explains the samples; conditions of the machine, in SI, NaN if
         there are none.
     clearance : float
-        Share of the flow through clearances that moves the first number in warmer oil.
+        Flow through all clearances, of which numbers take up shares.
     leak : Leak or None
         None if the indicator does not state it.
     """
@@ -107,9 +108,7 @@ def measured_windows(
     measures, indicators = measure(records, feature.indicators), feature.indicators
     values, numbers = measures.values, feature.values(measures.values)
     doubts = [doubts_of(each, values, f"{label}.", fits) for label, each in indicators.items()]
-    flow, share = feature.described.clearances
-    through_all = values.get(f"{next(iter(indicators))}.{flow}")
-    clearances = numbers[:, 0] if through_all is None else share * through_all
+    clearances = values.get(feature.through_all, numbers[:, 0])
     stated = {name: values[name] for name, output in feature.outputs.items() if output.is_fit}
     conditions = temperatures(records) | {name: values[name] for name in estimated_conditions(feature)}
     found = []
@@ -147,7 +146,7 @@ def of_row(columns: Mapping[str, Array], row: int) -> dict[str, float]:
 def estimated_conditions(feature: Feature) -> dict[str, Output]:
     """Outputs that describe the condition of the machine and are not judged themselves."""
     numbers = [*feature.numbers]
-    is_single = feature.score is None or feature.score.kind == "compensated"
+    is_single = feature.score is None or feature.score.kind in OF_ONE
     judged = numbers[:1] if is_single else numbers
     return {
         name: each
@@ -263,7 +262,8 @@ class Estimator:
                 fault = Issue(f"{lost}; {self._anew}" if is_given_up else lost, kind="no_number")
             explained, conditions = of_row(fits, row), of_row(known, row) | _invisible(doubts[row])
             leak = _leak(self._feature, values, row)
-            each = Measured(numbers, fault, doubts[row], explained, conditions, float(numbers[0]), leak)
+            clearance = float(values.get(self._feature.through_all, values[self._score])[row])
+            each = Measured(numbers, fault, doubts[row], explained, conditions, clearance, leak)
             found.append((int(place), each))
             if is_given_up:
                 return self.start(), int(place) + 1, found

@@ -138,7 +138,14 @@ def sentences(
     }[window.by]
     every = f", one every {window.every:g} s," if window.every and window.every != window.duration else ""
     yield f"It judges {what}{every} at {file.sampling_frequency:g} Hz and needs {channels}."
-    if file.score is not None:
+    if len(feature.judged) > 1:
+        first, second = feature.judged
+        yield (
+            f"It alarms by {first}, as of a hole or a scored bore, or by {second}, as of a gap or of a valve"
+            " that leaks more; they keep the false-alarm rate together. An alarm states the mean flow of any"
+            " law."
+        )
+    elif file.score is not None:
         yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."
     for constants in dict.fromkeys(map(_constants_text, feature.indicators.values())):
         if constants:
@@ -151,7 +158,7 @@ def sentences(
         )
         yield f"Warning: {assumption_text(', '.join(assuming), file.assumed)}."
     if " at " in (meaning := feature.meaning):
-        yield f"The score is the {meaning}; alarms and studies state mean flows of any law."
+        yield f"The score is the {meaning}; an alarm states the mean flow of any law."
     if file.chart is None:
         yield f"A score {file.alarm_text} is an alarm."
         yield _threshold(file)

@@ -38,6 +38,10 @@ _WRONG_SIZES = {"unusual", "low_pressure"}
 """Kinds of remarks on channels whose unit or gain is probably wrong."""
 
 
+_NOT_EVEN = {"uneven", "gap"}
+"""Kinds of remarks on records whose samples are not even."""
+
+
 class HealthyScores:
     """Scores of healthy records, and statistics of their channels.
 
@@ -213,8 +217,10 @@ class HealthyScores:
             raise DataError(f"{source}: has no {' and no '.join(missing)}, which {label} needs{remedy}")
         if obstacle := without_scale(batch, channels):
             raise DataError(f"{source}: {obstacle}")
-        for remark in chain.from_iterable(() if config.accept else batch.remarks):
-            if remark.kind in _WRONG_SIZES and remark.where in channels:
+        for remark in chain.from_iterable(batch.remarks):
+            if remark.kind in _NOT_EVEN and remark.is_unusable:
+                raise DataError(f"{source}: {remark.message}")
+            if not config.accept and remark.kind in _WRONG_SIZES and remark.where in channels:
                 raise DataError(f"{source}: {remark.message}; --accept trains anyway")
         needs_length = config.window.by == "time" and config.window.duration is None
         if needs_length and batch.n_time != first.n_time:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.detectors.rules import make_score
-from hydrofdi.detectors.scores.configuration import ScoreConfig
+from hydrofdi.detectors.scores.configuration import OF_ONE, ScoreConfig
 from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,
@@ -96,7 +96,7 @@ def train(
         raise DataError(f"{healthy.name}: is sampled at {found_at:g} Hz, but {fleet_name} at {wanted:g} Hz")
     stated, sheet = feature_of(config).indicators.values(), healthy.data_sheet
     taken = {name for each in stated for name in sheet_constants(each.options)}
-    config = config if fleet else _compensated(config, first)
+    config = config if fleet else _with_score(config, first)
     direction, found = direction_of(config), HealthyScores(config, first, drive)
     found.read(chain([first], batches))
     feature, teachers = found.feature, None
@@ -110,8 +110,8 @@ def train(
     try:
         limits = limits_of(found, direction, has_chart=chart is not None)
         own = scale_of(found.scores)
-        if is_measured and TEMPERATURE not in found.channels and config.compensate and config.score is None:
-            limits = with_allowance(limits, found, feature.described.unit)
+        if is_measured and TEMPERATURE not in found.channels and config.compensate:
+            limits, trained = with_allowance(limits, trained, found)
     except NotStatedError:
         if fleet is None or fleet.fleet is None or config.threshold != "quantile":
             raise
@@ -140,7 +140,7 @@ def train(
         indicator_versions={label: each.version for label, each in used.indicators.items()},
         score=trained,
         unit="1"
-        if config.score is not None and config.score.kind != "compensated"
+        if config.score is not None and config.score.kind not in OF_ONE
         else output_unit(feature.indicator, feature.described, first),
         channels=found.channels,
         sampling_frequency=first.sampling_frequency,
@@ -162,16 +162,22 @@ def train(
     )
 
 
-def _compensated(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
-    """The same with the output compensated by the oil temperature, if that is measured."""
+def _with_score(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
+    """The same with a second alarm, unless an output is stated: on the flow through all clearances; and with
+    the effect of the oil temperature taken out, if that is measured.
+    """
     feature = feature_of(config)
-    is_scored = config.score is None and feature.described.is_score and config.window.by != "estimate"
-    if not (config.compensate and is_scored and TEMPERATURE in first.channels):
+    if config.score is not None or not feature.described.is_score or config.window.by == "estimate":
         return config
-    indicators = stated_indicators(feature.indicators) | {
-        TEMPERATURE: {"kind": "pressure_statistics", "channel": TEMPERATURE}
-    }
-    score = ScoreConfig(kind="compensated", of=[feature.label], by=[f"{TEMPERATURE}.mean"])
+    of, indicators = [feature.label], stated_indicators(feature.indicators)
+    if not config.output and config.direction in (None, Direction.RISING):
+        of += [feature.through_all] if feature.through_all in feature.outputs else []
+    by = [f"{TEMPERATURE}.mean"] if config.compensate and TEMPERATURE in first.channels else []
+    if len(of) + len(by) == 1:
+        return config
+    if by:
+        indicators |= {TEMPERATURE: {"kind": "pressure_statistics", "channel": TEMPERATURE}}
+    score = ScoreConfig(kind="either", of=[*of, *by], options={"proxies": len(by)})
     own = {"indicator": "", "options": {}, "output": "", "indicators": indicators, "score": score}
     return config.model_copy(update=own)
 
@@ -213,8 +219,9 @@ def _learn(
     score = make_score(config.score.kind, config.score.options)
     has_some = np.isfinite(values).any(axis=1)
     kept = known_numbers(values[is_fit & has_some & (score.needs_faulty | ~is_faulty)])
-    if config.score.kind == "compensated":
-        kept = sorted({0, *kept})  # the number itself may be missing more often
+    if config.score.kind in OF_ONE:
+        # the number itself may be missing more often
+        kept = sorted({0, *kept}) if config.score.kind == "compensated" else [*range(values.shape[1])]
         if not np.isfinite(values[:n_healthy, 0]).any():
             raise _no_score(found, next(iter(feature.numbers)))
     first, groups = 0, list[str]()

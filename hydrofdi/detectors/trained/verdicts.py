@@ -170,6 +170,9 @@ def _shown(name: str, value: float) -> str:
 _FAR = 10.0
 """Healthy spreads in the distance from which a score on the side without an alarm is novel."""
 
+_MOST_WIDENED = 10.0
+"""How much less certain than in healthy windows a score may be beyond their oil temperature; a choice."""
+
 _QUANTITIES = {
     "low": "1 % quantile",
     "high": "99 % quantile",
@@ -197,6 +200,8 @@ class Verdict:
         Mean oil temperature [K]; None if it is not measured.
     leak : Leak or None
         Size of a leak, whatever is judged; None if the indicator does not state it.
+    cause : str
+        Of several numbers with limits of their own, the one that alarms, and what looks like it.
     """
 
     score: float | None = None
@@ -206,6 +211,7 @@ class Verdict:
     doubt: str = ""
     temperature: float | None = None
     leak: Leak | None = None
+    cause: str = ""
 
     @property
     def is_beyond(self) -> bool | None:
@@ -237,7 +243,8 @@ def verdict_of(
     known = {**measured.conditions, **conditions}
     other, temperature = outside(file.conditions, file.basis.n_window, known), known.get(TEMPERATURE)
     if other is not None and other.where == TEMPERATURE:
-        fault = fault or other
+        is_compensated = 1.0 < file.widening(measured.numbers) <= _MOST_WIDENED
+        fault, other = (fault, None) if is_compensated else (fault or other, other)
     if math.isnan(score) and (fault is None or fault.kind == "novel"):
         fault = fault or measured.fault or Issue("the indicator has no value", kind="no_number")
     if fault is not None and (fault.kind != "novel" or math.isnan(score)):
@@ -257,8 +264,9 @@ def verdict_of(
         doubts = (*(each for each in doubts if each.kind not in OF_LEAKS), *filter(None, [other]))
     if fault is None:
         more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
+        cause = file.cause(measured.numbers) if distance < 0.0 else ""
         doubt = "".join(each.message for each in doubts[:1]) + more
-        return Verdict(score, distance < 0.0, margin, None, doubt, temperature, measured.leak)
+        return Verdict(score, distance < 0.0, margin, None, doubt, temperature, measured.leak, cause)
     if distance < 0.0:
         fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
     return Verdict(score, None, margin, fault, temperature=temperature, leak=measured.leak)

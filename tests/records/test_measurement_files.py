@@ -1,0 +1,139 @@
+"""MDF4, TDMS, compound HDF5 and dSPACE structures: channels at their own rates, in the units of the file."""
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+from hydrofdi.errors import DataError
+from hydrofdi.records import opening
+from hydrofdi.records.source import measured_source, plain_source, write_description
+from tests.records.dialects import RATE, ROWS, TIME
+from tests.records.measuring import P1, P2, POSITION, VOLTAGE
+
+CHANNELS = {"P1": ("bar", 1e5, 1), "P2": ("bar", 1e5, 2), "x": ("mm", 1e-3, 3), "u": ("V", 1.0, 4)}
+"""Name → unit, factor to SI, and column of `ROWS`."""
+KEYS = {"P1": P1, "P2": P2, "x": POSITION, "u": VOLTAGE}
+
+
+def mdf(file, slow=()):
+    """Channels at 500 Hz, and others in a group of their own at 100 Hz that begins 0.3 ms later."""
+    library = pytest.importorskip("asammdf")
+    with library.MDF() as written:
+        for names, every, start in ((CHANNELS.keys() - set(slow), 1, 0.0), (slow, 5, 3e-4)):
+            signals = [
+                library.Signal(
+                    ROWS[::every, CHANNELS[name][2]], TIME[::every] + start, CHANNELS[name][0], name
+                )
+                for name in sorted(names)
+            ]
+            if signals:
+                written.append(signals, comment="rig")
+        written.save(file)
+
+
+def tdms(file, slow=()):
+    library = pytest.importorskip("nptdms")
+    channels = []
+    for name, (unit, _, column) in CHANNELS.items():
+        every = 5 if name in slow else 1
+        waveform = {"wf_increment": every / RATE, "wf_start_offset": 0.0, "unit_string": unit}
+        channels.append(library.ChannelObject("rig", name, ROWS[::every, column], waveform))
+    with library.TdmsWriter(str(file)) as writer:
+        writer.write_segment(channels)
+
+
+WRITERS = {"run.mf4": mdf, "run.tdms": tdms}
+
+
+def read(source):
+    (batch,) = source.batches()
+    return batch
+
+
+def require_right(batch, names=CHANNELS):
+    assert batch.sampling_frequency == RATE
+    for name in names:
+        _, factor, column = CHANNELS[name]
+        np.testing.assert_allclose(batch[KEYS[name]][0], ROWS[:, column] * factor, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_units_and_names_come_from_the_file(tmp_path, name):
+    WRITERS[name](tmp_path / name)
+    require_right(read(plain_source(tmp_path / name)))
+    write_description(tmp_path / name, tmp_path / "rig.yaml")
+    require_right(read(measured_source(tmp_path / "rig.yaml")))
+    require_right(read(plain_source(tmp_path)))
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_slow_channels_are_interpolated_at_the_instants_of_the_fast_ones(tmp_path, name):
+    WRITERS[name](tmp_path / name, slow=["x"])
+    batch = read(plain_source(tmp_path / name))
+    assert batch.sampling_frequency == RATE
+    assert {each.where for each in batch.remarks[0] if each.kind == "held"} == {POSITION}
+    first = round(batch.start_time * RATE)
+    part = slice(first, first + batch.n_time)
+    assert batch.n_time >= TIME.size - 6
+    np.testing.assert_allclose(batch[P1][0], ROWS[part, 1] * 1e5, rtol=1e-12)
+    start = 3e-4 if name == "run.mf4" else 0.0
+    expected = np.interp(TIME[part], TIME[::5] + start, ROWS[::5, 3] * 1e-3)
+    np.testing.assert_allclose(batch[POSITION][0], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_without_the_extra_it_says_what_to_install(tmp_path, monkeypatch, name):
+    monkeypatch.setattr(opening, "find_spec", lambda _: None)
+    (tmp_path / name).write_bytes(b"x")
+    with pytest.raises(DataError, match=r"hydrofdi\[measurement\]"):
+        plain_source(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_damaged_file_is_rejected_alone(tmp_path, name):
+    WRITERS[name](tmp_path / name)
+    whole = (tmp_path / name).read_bytes()
+    for number, data in enumerate(
+        [whole[: len(whole) // 3], b"TDSm" + bytes(500), b"MDF     4.10" + bytes(500)]
+    ):
+        (tmp_path / f"{number}{name[3:]}").write_bytes(data)
+    (tmp_path / "rig.yaml").write_text(
+        f"files: '*{name[3:]}'\ntime: {{column: time, unit: s}}\nchannels: {{P1: P1}}\n", encoding="utf-8"
+    )
+    records = [*measured_source(tmp_path / "rig.yaml").batches()]
+    assert sum(batch.n_record for batch in records) + sum(len(batch.rejected) for batch in records) == 4
+    assert {each.remark.kind for batch in records for each in batch.rejected} <= {"damaged", "time", "short"}
+    assert f"{name}" in [each for batch in records for each in batch.record_ids]
+
+
+def test_fields_of_a_compound_dataset_are_columns(tmp_path):
+    table = np.zeros(TIME.size, dtype=[("t", "f8"), ("P1", "f8"), ("n", "i4")])
+    table["t"], table["P1"] = TIME, ROWS[:, 1]
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["rig/table"] = table
+    (tmp_path / "rig.yaml").write_text(
+        "files: run.h5\ntime: {column: rig/table/t, unit: s}\n"
+        "channels: {P1: {column: rig/table/P1, unit: bar}}\n",
+        encoding="utf-8",
+    )
+    require_right(read(measured_source(tmp_path / "rig.yaml")), ["P1"])
+
+
+def test_signals_of_dspace_are_named_by_their_names(tmp_path):
+    signals = [
+        {"Name": f'"Model Root"/{name}', "Data": ROWS[:, column], "Unit": unit}
+        for name, (unit, _, column) in CHANNELS.items()
+    ]
+    recorded = {"X": [{"Name": "time", "Data": TIME}], "Y": signals}
+    scipy.io.savemat(tmp_path / "run.mat", {"rec": recorded})
+    (tmp_path / "rig.yaml").write_text(
+        "files: run.mat\ntime: {column: rec/X/time, unit: s}\nchannels:\n"
+        + "".join(
+            f"  {name}: {{column: rec/Y/{name}, unit: {unit}}}\n" for name, (unit, _, _) in CHANNELS.items()
+        ),
+        encoding="utf-8",
+    )
+    require_right(read(measured_source(tmp_path / "rig.yaml")))
+    text = write_description(tmp_path / "run.mat", tmp_path / "proposed.yaml")
+    assert "chamber_2_pressure: {column: 'rec/Y/P2', unit: …}" in text

@@ -9,6 +9,7 @@ from typing import Any
 
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import HealthyRecords, experiment_of
+from hydrofdi.api.measuring import Indicators, indicators_of, with_options
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.diagnosis.diagnosing import Diagnosed
@@ -97,6 +98,7 @@ class Diagnosis(Diagnosed):
 def diagnose(
     data: Any,
     history: Any = None,
+    indicators: Indicators = "flow_balance",
     *,
     healthy: str | int | Sequence[str | int] = (),
     options: Mapping[str, Any] | None = None,
@@ -116,6 +118,8 @@ def diagnose(
     history : same, optional
         Healthy records of the same machine, at least three, better twelve, of other days. By default the
         healthy ones of labelled records; if there are none, the data sheet takes their place.
+    indicators : str, path, or mapping, optional
+        A file or mapping of indicators as for `hydrofdi.measure`, of which ``flow_balance`` has the options.
     healthy : str, int, or sequence of them, optional
         Labels of healthy records, besides those that descriptions name.
     options : mapping, optional
@@ -150,7 +154,11 @@ def diagnose(
     if not asked:
         raise ConfigError(f"{known.name}: all records are healthy; there is none to diagnose")
     used = sources if is_own else [*sources, *history_sources]
-    return Diagnosis(**vars(diagnose_records(asked, past, used, options or {})))
+    chosen = indicators_of(with_options(indicators, options)).values()
+    stated = [each.options.model_dump(exclude_unset=True) for each in chosen if each.name == "flow_balance"]
+    if len(stated) != 1:
+        raise ConfigError(f"diagnose needs one flow_balance; {len(stated)} are among the indicators")
+    return Diagnosis(**vars(diagnose_records(asked, past, used, stated[0])))
 
 
 def visible_text(findings: Sequence[Finding]) -> str:

@@ -83,7 +83,7 @@ _HOMES = {
 _KEYWORDS = {
     "calibrate": ("flows --flow",),
     "detect": ("sampling_frequency",),
-    "diagnose": ("healthy", "sampling_frequency"),
+    "diagnose": ("indicators", "healthy", "sampling_frequency"),
     "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),
     "export": ("format", "channels", "unit", "runs", "sampling_frequency", "overwrite"),
     "inspect": ("indicators", "record", "write", "sampling_frequency"),

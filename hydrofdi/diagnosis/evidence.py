@@ -46,6 +46,9 @@ _SCALES = np.logspace(np.log10(1.5), 3.0, 16)
 _STRANGE = 0.1
 """Largest probability that nothing is wrong with a record that is unlike the rest of its history."""
 
+_MOST_SEEN = 10.0
+"""Size over the usual one from which on half of the faults must be seen: a leak of 30 % of the flow."""
+
 _MISSED, _FORMS = 1.645, 0.25
 """Deviation by which a fault that would just be seen may seem smaller than it is, and share of its forms
 that may be seen less."""
@@ -177,9 +180,10 @@ class Judge:
         visible = {
             each.name: self._visible(shifts[each.name][0], each, healthy[1]) for each in self.hypotheses
         }
-        if np.median([*visible.values()]) == np.inf:
+        if np.median([visible[each.name] / each.usual for each in self.hypotheses]) > _MOST_SEEN:
             return []
-        chances = [self._probabilities(shifts, healthy, others, factor) for factor in self._factors()]
+        seen = {name: shifts[name] for name, size in visible.items() if np.isfinite(size)}
+        chances = [self._probabilities(seen, healthy, others, factor) for factor in self._factors()]
         best = chances[0]
         # Rounded, so that the order is the same on all processors.
         order = sorted(best, key=lambda name: -comparable(best[name]))
@@ -229,13 +233,16 @@ class Judge:
         """Name → probability, if the scatter is `factor` times the one of the history."""
         size = len(self.history.names)
         square = float(np.sum(healthy[0] ** 2)) / factor
-        logs = {HEALTHY: float(self._log_density(np.array(square), healthy[1])) + np.log(PRIOR_HEALTHY)}
+        nothing = float(self._log_density(np.array(square), healthy[1]))
+        logs = {HEALTHY: nothing + np.log(PRIOR_HEALTHY)}
         spread = _SCALES**2
         # A wider scatter adds to ln det once for each quantity.
         wide = self._log_density(square / spread, healthy[1] + size * np.log(spread))
         logs[NONE] = _log_mean(wide) + np.log((1.0 - PRIOR_HEALTHY) * PRIOR_NONE)
         for hypothesis in self.hypotheses:
-            densities = [self._density(shift, hypothesis, factor) for shift in shifts[hypothesis.name]]
+            # What could not be seen at any size looks as if nothing were wrong.
+            own = shifts.get(hypothesis.name, ())
+            densities = [self._density(each, hypothesis, factor) for each in own] or [nothing]
             logs[hypothesis.name] = _log_mean(np.array(densities)) + self._log_prior
         for name, (white, log_determinant) in others.items():
             found = float(self._log_density(np.array(np.sum(white**2) / factor), log_determinant))

@@ -165,6 +165,8 @@ def titles_of_time(table: Titled) -> list[int]:
 
 _GAP = 1.751
 """Longest step between samples without a gap, in median steps: 7/4 even if it is rounded."""
+_MOSTLY = 2.0
+"""Duration of a record over that of its samples from which on it is mostly gaps."""
 _DIGITS = 9
 _JOINED = 0.1
 """Share by which the median step differs from the mean if stamps of other rasters lie between."""
@@ -281,7 +283,9 @@ def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConf
     if gaps:
         longest = float(steps.max())
         text = f"{counted(gaps, 'gap')} in time, the longest {longest:.3g} s{asked}"
-        return [Issue(text, kind="gap", is_unusable=config.resample is None)]
+        # windows that touch no gap are judged, unless most of the record is missing
+        is_short = times[-1] - times[0] < _MOSTLY * typical * times.size
+        return [Issue(text, kind="gap" if is_short else "gaps", is_unusable=config.resample is None)]
     even = np.linspace(times[0], times[-1], times.size)
     even -= times
     deviation = float(max(even.max(), -even.min())) / typical

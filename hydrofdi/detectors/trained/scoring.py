@@ -38,8 +38,8 @@ _WRONG_SIZES = {"unusual", "low_pressure"}
 """Kinds of remarks on channels whose unit or gain is probably wrong."""
 
 
-_NOT_EVEN = {"uneven", "gap"}
-"""Kinds of remarks on records whose samples are not even."""
+_NOT_EVEN = {"uneven", "gaps"}
+"""Kinds of remarks on records whose samples are not even, or mostly missing."""
 
 
 class HealthyScores:

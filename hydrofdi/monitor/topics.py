@@ -159,6 +159,7 @@ class Topics(MqttConnection):
             ReceiveMaximum=_MOST_UNACKNOWLEDGED,
             MaximumPacketSize=16 * config.limits.payload,
         )
+        self._is_single = is_single
         self._claim: socket.socket | None = None
         self._topics = [pattern.text for pattern in patterns]
         self._was_connected, self._remark = False, ""
@@ -168,9 +169,10 @@ class Topics(MqttConnection):
         self._heard, self.is_behind = time.monotonic(), False
 
     def connect(self) -> None:
-        """Begin to connect, as the only process here that reads this session of the broker."""
-        text = f"{self.address}: another process reads it with the same file"
-        self._claim = claimed(self.client_id, f"{text} and partition; end it, or choose another 'partition'")
+        """Begin to connect; a partition of a fleet as the only process here that has this session."""
+        if not self._is_single:
+            refusal = f"{self.address}: another process reads this partition; end it, or choose another"
+            self._claim = claimed(self.client_id, refusal)
         super().connect()
 
     def close(self) -> None:

@@ -110,6 +110,8 @@ def _of_channel(
     recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig, ranges: Ranges
 ) -> Iterator[Issue]:
     missing = np.flatnonzero(~np.isfinite(samples))
+    if missing.size and any(remark.kind == "gap" for remark in recording.remarks):
+        return  # said of the record
     if missing.size:
         first, last = recording.start_time + missing[[0, -1]] / recording.sampling_frequency
         text = (

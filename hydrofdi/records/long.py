@@ -29,6 +29,7 @@ class LongTable(Table):
         found, counts = np.unique(names, return_counts=True)
         ordered = [str(name) for name in found[np.argsort(-counts, kind="stable")]]
         self._read: dict[int, Array] = {}
+        self._times: dict[int, tuple[Array, float]] = {}
         self._rows = [np.flatnonzero(names == name) for name in ordered]
         self._beside = [n for n in range(len(text.titles)) if n not in (self._name, self._value)]
         titles = text.titles
@@ -63,7 +64,9 @@ class LongTable(Table):
     def instants(self, position: int) -> tuple[Array, float]:
         """Instants of a name, and the first date of the file."""
         origin, rows = self._origin(position)
-        times, since = self._text.instants(origin)
+        if origin not in self._times:
+            self._times[origin] = self._text.instants(origin)
+        times, since = self._times[origin]
         return times[rows], since
 
     def date_by(self, position: int, form: str, date: int | None) -> None:

@@ -34,6 +34,15 @@ _FEWER = 0.99
 _MOST_SAMPLES = 2**28
 
 
+def _on_grid(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
+    """The samples at their places on an even clock; NaN in gaps."""
+    places = np.rint((times - times[0]) * frequency).astype(np.intp)
+    found = {channel: np.full(places[-1] + 1, np.nan) for channel in channels}
+    for channel, samples in channels.items():
+        found[channel][places] = samples
+    return found
+
+
 def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
     """Channels interpolated linearly at even instants."""
     n_time = int(np.floor((times[-1] - times[0]) * frequency + 0.01)) + 1
@@ -115,6 +124,8 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
             text = f"resampled from {frequency:g} Hz to {wanted:g} Hz without a filter"
             doubts.append(Issue(f"{text}: frequencies above {wanted / 2:g} Hz are aliased", kind="folded"))
         channels, frequency = _resampled(channels, times, wanted), wanted
+    elif times is not None and any(doubt.kind == "gap" for doubt in doubts):
+        channels = _on_grid(channels, times, frequency)
     return Recording(
         channels,
         frequency,

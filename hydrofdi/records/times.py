@@ -165,6 +165,8 @@ def titles_of_time(table: Titled) -> list[int]:
 
 _GAP = 1.751
 """Longest step between samples without a gap, in median steps: 7/4 even if it is rounded."""
+_MOSTLY = 2.0
+"""Duration of a record over that of its samples from which on it is mostly gaps."""
 _DIGITS = 9
 _JOINED = 0.1
 """Share by which the median step differs from the mean if stamps of other rasters lie between."""
@@ -245,8 +247,9 @@ def _rounded(times: Array) -> tuple[float, float] | None:
     size = float(np.max(np.abs(some)))
     grids = [10.0**-n for n in range(10) if np.all(np.abs(some * 10.0**n - np.rint(some * 10.0**n)) < 0.01)]
     for unit in (1.0, 1e-3, 1e-6):
-        spacing = np.spacing(np.abs(some / unit).astype(np.float32)).astype(np.float64)
-        if np.all(np.abs((some / unit).astype(np.float32) - some / unit) < 0.05 * spacing):
+        single = (some / unit).astype(np.float32)
+        is_near = np.abs(single - some / unit) < 0.05 * np.spacing(np.abs(single)).astype(np.float64)
+        if np.all(is_near) and np.unique(single).size > some.size / 2:
             grids.append(unit * float(np.spacing(np.float32(size / unit))))
     number = np.arange(times.size) - (times.size - 1) / 2.0
     slope = float(number @ times / (number @ number))
@@ -280,7 +283,9 @@ def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConf
     if gaps:
         longest = float(steps.max())
         text = f"{counted(gaps, 'gap')} in time, the longest {longest:.3g} s{asked}"
-        return [Issue(text, kind="gap", is_unusable=config.resample is None)]
+        # windows that touch no gap are judged, unless most of the record is missing
+        is_short = times[-1] - times[0] < _MOSTLY * typical * times.size
+        return [Issue(text, kind="gap" if is_short else "gaps", is_unusable=config.resample is None)]
     even = np.linspace(times[0], times[-1], times.size)
     even -= times
     deviation = float(max(even.max(), -even.min())) / typical

@@ -17,8 +17,8 @@ from tests.processors import same
 HERE = Path(__file__).parent
 
 FREE = {
-    "bytes", "command", "cost_ms_per_record", "created", "description", "file", "file_bytes", "folder",
-    "free_bytes", "git", "hydrofdi", "latency", "library_versions", "machine", "message", "missing",
+    "bytes", "command", "cost_ms_per_record", "created", "description", "digest", "file", "file_bytes",
+    "folder", "free_bytes", "git", "hydrofdi", "latency", "library_versions", "machine", "message", "missing",
     "note", "notes", "path", "predicted_file_bytes", "provenance", "reason", "remark", "remarks",
     "remedy", "seconds", "seconds_high", "seconds_low", "shard", "text", "time", "version", "versions",
     "warnings",

@@ -17,7 +17,7 @@ from hydrofdi.detectors.scores.contract import Fitted, from_data
 from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.nominal_actuator import sheet_constants
+from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import Array
 from hydrofdi.records.batch import Channel
@@ -311,11 +311,13 @@ class DetectorFile(Part):
             It states another value of a constant that the detector uses.
         """
         for each in self.feature.indicators.values():
-            for constant, unit in sheet_constants(each.options).items():
+            needed, stated = plant_constants(each.options), sheet_constants(each.options)
+            # a supply that nothing is computed with is a condition of the windows
+            for constant in stated.keys() - ({"supply_pressure"} - needed.keys()):
                 own = self.data_sheet.get(constant, getattr(each.options, constant))
                 if constant in sheet and is_other(own, sheet[constant]):
                     now, then = (
-                        shown_quantity(value, unit) if isinstance(value, float) else f"{value}"
+                        shown_quantity(value, stated[constant]) if isinstance(value, float) else f"{value}"
                         for value in (sheet[constant], own)
                     )
                     raise ConfigError(

@@ -26,8 +26,8 @@ from hydrofdi.records.streams import Chunk
 _RATE = 0.01
 """Share of the sampling frequency that a record may differ."""
 
-_SAID_OF_WINDOWS = ("missing", "stuck")
-"""Remarks on channels of whole records that windows have as faults of their own."""
+_SAID_OF_WINDOWS = ("missing", "stuck", "gap")
+"""Remarks on whole records that windows have as faults of their own."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ def _forbidden(file: DetectorFile, records: RecordBatch, row: int) -> Issue | No
     if obstacle := without_scale(records, file.channels):
         return Issue(obstacle, kind="no_scale")
     for remark in records.remarks[row]:
-        concerns = remark.where in file.channels and remark.kind not in _SAID_OF_WINDOWS
-        if remark.is_unusable and (not remark.where or concerns):
+        concerns = not remark.where or remark.where in file.channels
+        if remark.is_unusable and concerns and remark.kind not in _SAID_OF_WINDOWS:
             return Issue(remark.message, kind=remark.kind)
     return None
 

@@ -261,7 +261,9 @@ def verdict_of(
     if distance >= 0.0:
         fault = fault or other or _wrong_side(file, score)
     else:
-        doubts = (*(each for each in doubts if each.kind not in OF_LEAKS), *filter(None, [other]))
+        # a leak may hide the compressibility, or seem to reverse it
+        own = (each for each in doubts if not each.where.endswith(".bulk_modulus"))
+        doubts = (*(each for each in own if each.kind not in OF_LEAKS), *filter(None, [other]))
     if fault is None:
         more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
         cause = file.cause(measured.numbers) if distance < 0.0 else ""

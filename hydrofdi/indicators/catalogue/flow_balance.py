@@ -20,7 +20,7 @@ class FlowBalance(BalanceIndicator[BalanceOptions]):
         " c ≥ 0; 1/β + air (P_a/P)^(3/4)·3/(4P) for free air; P_s falls with the flow drawn; all but K_i are"
         " constrained to nominal values by their prior deviations. Errors have the standard deviation e, or"
         " e misfit if that is larger. Stated deviations of flows count the excess 50 times, allow three times"
-        " the prior deviations, 3 % of the flow of c in K_i, and 30 % of mean_leakage for its law and place."
+        " the prior deviations, 5 % of the flow of c in K_i, and 30 % of mean_leakage for its law and place."
         " mean_leakage and cross_port_leakage follow from a second solution whose c may be as large as a leak"
     )
     caution = (

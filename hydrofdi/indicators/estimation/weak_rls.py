@@ -36,7 +36,7 @@ _WIDER = 3.0
 """Deviations from the data sheet that the stated deviations allow, over the prior ones. Priors are narrow so
 that the record decides; machines of one type differ more."""
 
-_NOT_LAMINAR = 0.03
+_NOT_LAMINAR = 0.05
 """Relative standard deviation of the flow through the clearance from one that is proportional to ΔP."""
 
 _LAW = 0.3

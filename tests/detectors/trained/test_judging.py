@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import hydrofdi
 from hydrofdi.detectors.rules import make_chart
 from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of
 from hydrofdi.detectors.trained.detector import Detector
@@ -21,7 +22,7 @@ from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.healthy import Records
-from tests.detectors.trained.made import FREQUENCY, detector, signals, window, with_chart
+from tests.detectors.trained.made import FREQUENCY, detector, pressure, signals, window, with_chart, written
 
 HEALTHY = [window(number, seed) for number, seed in enumerate(range(20))]
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -370,3 +371,13 @@ def test_estimates_of_unsound_samples_are_not_judged(change, kind):
     assert all(verdict.alarm is None for verdict in verdicts if verdict.fault)
     parts = [whole.part(first, stop) for first, stop in pairwise([0, 1, 999, 3001, 3500, 3501, 6000])]
     assert followed(follower, *parts) == (instants, verdicts)
+
+
+def test_windows_that_touch_no_gap_are_judged(tmp_path):
+    healthy = written(tmp_path / "healthy.csv", pressure(60))
+    detector = hydrofdi.train(healthy, window="1 s", output="d2", direction="rising", false_alarm_rate="5 %")
+    lines = written(tmp_path / "gap.csv", pressure(6)).read_text(encoding="utf-8").splitlines(keepends=True)
+    (tmp_path / "gap.csv").write_text("".join(lines[:2301] + lines[2501:]), encoding="utf-8")  # 2.3 to 2.5 s
+    told = detector.judge(tmp_path / "gap.csv")
+    assert told["start"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+    assert told["fault"].tolist() == ["", "", "missing", "", "", ""]

@@ -15,6 +15,7 @@ from math import prod
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from warnings import catch_warnings
 
 from numpy import bincount
 
@@ -267,7 +268,8 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     ]
     whole = [job for job in jobs if batch_shape(job) == batch_shape(jobs[0])][:WIDTH]
     for part in (_PART, 1.0):
-        with suppress(ValueError):  # a part of a record may be too short for its analysis
+        # A part of a record may be too short for its analysis.
+        with catch_warnings(action="error"), suppress(ValueError, RuntimeWarning):
             jobs = [_beginning(job, part) for job in whole]
             compute_columns(jobs)  # compiles, or loads their kernels
             break

@@ -186,7 +186,7 @@ def test_the_same_machine_or_an_unused_constant_needs_no_warning(tmp_path):
     for text in (
         "",
         "actuator: {piston_area: 1800 mm²}\nindicators: {flow_balance: {piston_area: 1800 mm²}}\n",
-        "supply: {pressure: 210 bar}\nindicators: {flow_balance: {supply: sum}}\n",
+        "valve: {natural_frequency: 90 Hz}\nindicators: {flow_balance: {natural_frequency: 175 Hz}}\n",
     ):
         assert not warnings(tmp_path, text)
     for name in (name for name in ready_names() if "/" not in name):

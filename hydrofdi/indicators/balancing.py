@@ -311,8 +311,9 @@ def named_estimates(
     of = {name: found[:, :, place] for place, name in enumerate(UNKNOWNS)}
     error = {name: found[:, :, N_UNKNOWN + place] for place, name in enumerate(UNKNOWNS)}
     root = math.sqrt(options.reference_pressure)
+    # At its bound, the compressibility is zero but for rounding, whose sign says nothing.
     compressibility = 1.0 / options.bulk_modulus + of["compressibility"]
-    modulus = 1.0 / np.where(compressibility > 0.0, compressibility, np.nan)
+    modulus = 1.0 / np.maximum(compressibility, 1e-9 / options.bulk_modulus)
     sheet = [i for i, name in enumerate(UNKNOWNS) if deviations[i] > 0.0 and name not in _FREE]
     values = {
         "leakage": root * of["internal_coefficient"],

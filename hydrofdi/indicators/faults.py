@@ -150,7 +150,7 @@ CAUSES = (
     "is a sign, the zero of the position or a constant of the actuator wrong, or are two channels swapped?"
 )
 
-OF_LEAKS = ("misfit", "unexplained", "incompressible")
+OF_LEAKS = ("misfit", "incompressible")
 """Kinds of doubts that a leak of another law than the model's raises itself."""
 
 POSITIVE = (0.0, None)

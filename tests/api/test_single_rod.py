@@ -96,7 +96,7 @@ def test_a_model_that_does_not_explain_a_machine_is_a_doubt_or_novel_unless_it_w
         for healthy in (records, wrong)
     ]
     of_another, own = (
-        np.mean(["misfit" in doubt or "novel" in fault for doubt, fault in told(each)]) for each in judged
+        np.mean([bool(doubt) or fault == "novel" for doubt, fault in told(each)]) for each in judged
     )
     assert of_another > 0.5
     assert own == 0.0
@@ -153,6 +153,7 @@ def test_a_detector_is_not_trained_on_records_that_no_actuator_gives(healthy, mi
     table = hydrofdi.measure(mistaken(healthy), INDICATOR, sampling_frequency=RATE_SIGNS)
     assert any("bulk_modulus" in remark for remark in table.remarks)
     assert list(table["status"]) == ["doubtful"]
+    assert np.isfinite(table["flow_balance.bulk_modulus"]).all()
     with pytest.raises(DataError):
         trained_signs(mistaken(healthy))
     assert "Warning: flow_balance.bulk_modulus" in trained_signs(mistaken(healthy), accept=True).summary
@@ -209,7 +210,8 @@ def told_of(ratio, indicator, distance=0.0, without=(), leakage=0.5):
 def test_estimators_state_the_leak_of_a_cylinder_with_unequal_areas(ratio, leakage):
     for indicator in BALANCES:
         stated, error, status = told_of(ratio, indicator, leakage=leakage)
-        assert abs(stated - leakage) < 3.0 * error < 0.15
+        # a free clearance makes K_i less certain
+        assert abs(stated - leakage) < 3.0 * error < 0.2
         assert status == "ok"
     for indicator in (*FILTERS, *OBSERVERS):
         # the model errors that these exclude, at equal areas as well

@@ -424,6 +424,7 @@ class Either(Score[EitherOptions]):
     summary = "The number that is farthest above what the conditions explain, in the unit of the first."
     Options = EitherOptions
     Trained = LargestResidual
+    least = 2  # a median and a spread
     needs_extra = False
     direction = None
 

@@ -38,7 +38,7 @@ FROM_BOTH = (
 )
 
 LEAST_RECORDS = 5
-"""Minimum number of healthy fit records, and of faulty ones if needed."""
+"""Minimum number of healthy scores, and of the fit records of most scores."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +84,11 @@ class Score(Method[Chosen]):
         Class of its trained rule: a frozen dataclass of arrays, numbers and such dataclasses.
     direction : Direction or None
         Direction of change with a fault; None if it must be learned from fit records.
+    least : int
+        Minimum number of healthy fit records, and of faulty ones if needed.
     """
 
+    least: ClassVar[int] = LEAST_RECORDS
     needs_faulty: ClassVar[bool] = False
     needs_extra: ClassVar[bool] = True
     Trained: ClassVar[type[Any]]
@@ -105,11 +108,11 @@ class Score(Method[Chosen]):
         n_faulty = int(faulty.sum())
         n_healthy = faulty.size - n_faulty
         for kind, count in (("healthy", n_healthy), *([("faulty", n_faulty)] if self.needs_faulty else [])):
-            if count < LEAST_RECORDS:
+            if count < self.least:
                 raise NotStatedError(
-                    f"the score {self.name} needs {LEAST_RECORDS} {kind} fit records that have all features,"
+                    f"the score {self.name} needs {self.least} {kind} fit records that have all features,"
                     f" not {count}",
-                    LEAST_RECORDS,
+                    self.least,
                 )
         return Fitted(self.learn(features, faulty), features.shape[1], n_healthy, n_faulty)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 
@@ -22,7 +22,7 @@ from hydrofdi.detectors.trained.measuring import (
     without_scale,
 )
 from hydrofdi.detectors.trained.verdicts import channel_facts, widened
-from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.indicators.measuring import spool_remedy
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -63,8 +63,10 @@ class HealthyScores:
         As from `channel_facts`.
     not_judged, reasons : Counter of str
         Kind of fault and message → number of windows or estimates that have no score.
-    n_impossible, n_refused, n_not_positive : Counter of str
-        Output → number of windows in which it is doubtful, impossible, or not positive.
+    n_impossible, n_not_positive : Counter of str
+        Output → number of windows in which it is doubtful, or not positive.
+    refused : list of Issue
+        Why no actuator gives a window, of each such window.
     fits : dict of str to float
         Output that states how well the model explains a window → largest value.
     conditions : dict of str to (float, float)
@@ -111,7 +113,7 @@ class HealthyScores:
         self.not_judged: Counter[str] = Counter()
         self.reasons: Counter[str] = Counter()
         self.n_impossible: Counter[str] = Counter()
-        self.n_refused: Counter[str] = Counter()
+        self.refused: list[Issue] = []
         self.n_not_positive: Counter[str] = Counter()
         self.fits: dict[str, float] = {}
         self.conditions: dict[str, tuple[float, float]] = {}
@@ -190,14 +192,23 @@ class HealthyScores:
             return
         for doubt in found.doubts:
             self.n_impossible[doubt.where] += 1
-            self.n_refused[doubt.where] += doubt.kind not in OF_LEAKS
             self.n_not_positive[doubt.where] += doubt.kind == "not_positive"
+        self.refused += self._refusals(found.doubts)[:1]
         for name, value in found.fits.items():
             self.fits[name] = float(np.fmax(self.fits.get(name, value), value))
         doubtful = {doubt.where for doubt in found.doubts}
         sound = {name: value for name, value in found.conditions.items() if name not in doubtful}
         self.conditions = widened(self.conditions, sound)
         self.clearances.append(found.clearance)
+
+    def _refusals(self, doubts: Sequence[Issue]) -> list[Issue]:
+        """Doubts by which no actuator gives a window. A leak or a load explains one of a misfit and an
+        invisible compressibility; without position, the forces that replace it explain any misfit.
+        """
+        spared = {*OF_LEAKS} if len({each.kind for each in doubts}.intersection(OF_LEAKS)) < 2 else set()
+        if Channel.PISTON_POSITION not in self.channels:
+            spared = {*OF_LEAKS, "unexplained"}
+        return [each for each in doubts if each.kind not in spared]
 
     def _check(self, batch: RecordBatch) -> None:
         """Check that a batch matches the first one."""

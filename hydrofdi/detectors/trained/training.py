@@ -260,12 +260,12 @@ def _require_scores(found: HealthyScores, name: str) -> None:
     """Check that there are scores, and that estimates are possible in at least half of the windows."""
     if not found.scores.size:
         raise _no_score(found, found.feature.label)
-    for output, count in () if found.config.accept else found.n_refused.items():
-        if 2 * count > found.scores.size:
-            raise DataError(
-                f"{name}: {output} is beyond what the described actuator allows in {count:,} of"
-                f" {found.scores.size:,} healthy windows: {CAUSES} --accept trains anyway"
-            )
+    if 2 * len(found.refused) > found.scores.size and not found.config.accept:
+        outputs = " and ".join(sorted({each.where for each in found.refused}))
+        raise DataError(
+            f"{name}: {outputs}: beyond what the described actuator allows in {len(found.refused):,} of"
+            f" {found.scores.size:,} healthy windows: {CAUSES} --accept trains anyway"
+        )
 
 
 _OUTLYING = 8.0

@@ -104,7 +104,8 @@ def test_what_a_leak_explains_does_not_make_an_alarm_doubtful():
     found = [Issue(kind, "b.misfit", kind=kind) for kind in ("misfit", "unexplained", "incompressible")]
     high = file.limits.high
     for score, kinds, doubt in (
-        (high + 1.0, ("misfit", "unexplained", "incompressible"), ""),
+        (high + 1.0, ("misfit", "incompressible"), ""),
+        (high + 1.0, ("misfit", "unexplained"), "unexplained"),
         (high - 1.0, ("misfit",), "misfit"),
         (high + 1.0, ("misfit", "impossible"), "impossible"),
     ):

@@ -14,7 +14,7 @@ from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.measuring import TEMPERATURE
-from hydrofdi.diagnosis.trends import FIRST_DATE, History, instant_text
+from hydrofdi.diagnosis.trends import History, instant_text
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST
 from hydrofdi.indicators import measure
@@ -22,6 +22,7 @@ from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.selection import assumed_plants, of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.source import MeasuredSource
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.settings.messages import counted
 
 _LINE = b'{"line":'

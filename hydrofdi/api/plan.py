@@ -269,7 +269,7 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     whole = [job for job in jobs if batch_shape(job) == batch_shape(jobs[0])][:WIDTH]
     for part in (_PART, 1.0):
         # A part of a record may be too short for its analysis.
-        with catch_warnings(action="error"), suppress(ValueError, RuntimeWarning):
+        with catch_warnings(action="error", category=RuntimeWarning), suppress(ValueError, RuntimeWarning):
             jobs = [_beginning(job, part) for job in whole]
             compute_columns(jobs)  # compiles, or loads their kernels
             break

@@ -12,9 +12,9 @@ from hydrofdi.api.histories import histories_of
 from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.sources import Described
 from hydrofdi.api.trend_answer import Trend, Trends
-from hydrofdi.diagnosis.trends import FIRST_DATE, History, estimate
+from hydrofdi.diagnosis.trends import History, estimate
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.times import instant
+from hydrofdi.records.times import FIRST_DATE, instant
 from hydrofdi.settings.messages import nearest
 from hydrofdi.units import parse_quantity, stated_unit
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hydrofdi.errors import DataError
 from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, Estimate, inliers
 from hydrofdi.evaluation.scores import comparable
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 
@@ -21,9 +22,6 @@ Array = NDArray[np.float64]
 
 DAY = 86400.0
 """A day [s]."""
-
-FIRST_DATE = 1e9
-"""Least instant of a clock that counts from 1970 [s]."""
 
 _KNOWN, _VARIES = 0.75, 1.0
 """Least share of points with an oil temperature, and least standard deviation of it [K], to compensate it."""

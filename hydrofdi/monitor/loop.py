@@ -15,13 +15,14 @@ from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.detectors.trained.lines import Line
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
-from hydrofdi.monitor.machines import EARLIEST, Kind, Machine
+from hydrofdi.monitor.machines import Kind, Machine
 from hydrofdi.monitor.opening import Sources
 from hydrofdi.monitor.outlets import Outlets, Receiver
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.store import WHOLE, StateStore
 from hydrofdi.monitor.window_log import WindowLog
 from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.settings.readable import time_text
 
 _log = logging.getLogger(__name__)
@@ -137,7 +138,7 @@ class Monitor:
             is_busy = is_busy or (chunk is not None and machine.source.is_file)
             self._deliver(machine, chunk, lines)
             is_live = not (machine.source.is_file or machine.source.may_repeat_all)
-            if is_live and chunk is not None and chunk.n_time and chunk.time[-1] > EARLIEST:
+            if is_live and chunk is not None and chunk.n_time and chunk.time[-1] > FIRST_DATE:
                 ages.append(time.time() - float(chunk.time[-1]))
         if ages:
             self._note_age(median(ages))

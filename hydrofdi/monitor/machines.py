@@ -19,9 +19,6 @@ from hydrofdi.records.streams import Chunk, Event, EventKind
 
 _log = logging.getLogger(__name__)
 
-EARLIEST = 1e9
-"""Stream times above this [s], an instant in 2001, are taken as seconds since 1970."""
-
 RETRY = 60.0
 """Time after which a source that failed is tried again [s]."""
 

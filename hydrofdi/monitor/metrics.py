@@ -17,8 +17,8 @@ from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, mak
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.machines import EARLIEST
 from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__
 
@@ -141,7 +141,7 @@ class MetricsSink:
         self._samples.inc(chunk.n_time)
         self._latest = latest = float(chunk.time[-1])
         self._sample.set(latest)
-        if self._lag is None and latest > EARLIEST:
+        if self._lag is None and latest > FIRST_DATE:
             self._lag = self._gauge("lag_seconds", "Wall clock minus the time stamp of the last sample")
             self._lag.set_function(lambda: time.time() - self._latest)
 

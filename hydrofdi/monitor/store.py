@@ -128,7 +128,7 @@ class StateStore:
                     " partitions with new states, once those before have caught up"
                 )
             for *row, checksum in database.execute("select * from machine"):
-                if checksum != _checksum(*row):
+                if not isinstance(row[-1], bytes) or checksum != _checksum(*row):
                     raise self._damage
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -191,7 +192,7 @@ def _time_lines(found: Proposal, time: int, channels: Sequence[int], *, has_cloc
     table, date = found.table, ""
     if table.is_dated(time):
         with suppress(DataError):
-            is_of_day = table.instants(time)[1] != table.instants(time)[1]
+            is_of_day = math.isnan(table.instants(time)[1])
             dates = [n for n, name in enumerate(found.names) if name.lower() in ("date", "datum")]
             date = f", date: {found.named(dates[0])}" if is_of_day and dates else ""
         yield f"time: {{column: {found.named(time)}{date}}}"

@@ -20,6 +20,7 @@ from hydrofdi.records.columns import (
 )
 from hydrofdi.records.description import MeasuredConfig, is_counts
 from hydrofdi.records.times import (
+    FIRST_DATE,
     contradicting_times,
     counts_samples,
     require_seconds,
@@ -50,10 +51,6 @@ def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -
         raise RejectionError("long", f"would have {counted(n_time, 'sample')} at {frequency:g} Hz")
     instants = times[0] + np.arange(n_time) / frequency
     return {channel: np.interp(instants, times, samples) for channel, samples in channels.items()}
-
-
-_FIRST_DATE = 1e9
-"""Least instant of a clock that counts from 1970 [s]."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +136,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
             if column.config.gain is not None
         },
         units={channel: gauge_unit(column.unit) for channel, column in columns.items()},
-        date=start if start >= _FIRST_DATE else since + start,
+        date=start if start >= FIRST_DATE else since + start,
     )
 
 

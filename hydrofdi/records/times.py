@@ -179,8 +179,8 @@ def counts_samples(values: Array) -> bool:
 
 _USUAL_RATES = (20.0, 1e6)
 """Rates [Hz] at which a time without a unit is believed to be in seconds."""
-_DATES_SINCE = (1e9, 4.1e9)
-"""Instants of clocks that count from 1970 [s]: the years 2001 to 2099."""
+FIRST_DATE, _LAST_DATE = 1e9, 4.1e9
+"""Least and largest instant of a clock that counts from 1970 [s]: the years 2001 to 2099."""
 _LIKELY_UNITS = ("s", "ms", "µs", "FILETIME", "exceldays", "ns", "day")
 _FEWEST = 10
 
@@ -195,7 +195,7 @@ def likely_unit(values: Array) -> str:
     for unit in _LIKELY_UNITS:
         factor = float(parse_unit(unit).factor)
         if BELOW * _USUAL_RATES[0] <= 1.0 / (factor * step) <= ABOVE * _USUAL_RATES[1]:
-            is_date = _DATES_SINCE[0] <= factor * first + zero_of(unit) <= _DATES_SINCE[1]
+            is_date = FIRST_DATE <= factor * first + zero_of(unit) <= _LAST_DATE
             (dated if is_date else likely).append(unit)
     return next(iter([*dated, *likely]), "")
 

@@ -112,6 +112,14 @@ def test_a_damaged_cell_of_a_state_is_noticed(stored, column):
         pass
 
 
+def test_a_cell_of_another_type_is_damage(stored):
+    with sqlite3.connect(stored.path) as database:
+        database.execute("update machine set state = 'text'")
+    database.close()
+    with pytest.raises(StoreError), stored.opened():
+        pass
+
+
 @pytest.mark.parametrize(
     ("column", "forged"),
     [

@@ -231,6 +231,10 @@ class ChannelRange(Part):
     """Largest fraction of samples that repeat the one before; above it a window is stuck."""
 
 
+LIKE = "as of a hole or a scored bore", "as of a gap or of a valve that leaks more"
+"""What the first of two alarms may come from, and the other."""
+
+
 class DetectorFile(Part):
     """A trained detector."""
 
@@ -340,8 +344,7 @@ class DetectorFile(Part):
             return ""
         rule: Any = self._fitted.rule
         place = int(rule.standardised.kept[rule.spreads(numbers[None])[0].argmax()])
-        like = "as of a gap or of a valve that leaks more" if place else "as of a hole or a scored bore"
-        return f"{names[place]}, {like}"
+        return f"{names[place]}, {LIKE[place > 0]}"
 
     @cached_property
     def _fitted(self) -> Fitted | None:

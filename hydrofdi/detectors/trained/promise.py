@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.file import LIKE, DetectorFile
 from hydrofdi.detectors.trained.measuring import Leak
 from hydrofdi.detectors.trained.verdicts import coverage
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
@@ -141,9 +141,8 @@ def sentences(
     if len(feature.judged) > 1:
         first, second = feature.judged
         yield (
-            f"It alarms by {first}, as of a hole or a scored bore, or by {second}, as of a gap or of a valve"
-            " that leaks more; they keep the false-alarm rate together. An alarm states the mean flow of any"
-            " law."
+            f"It alarms by {first}, {LIKE[0]}, or by {second}, {LIKE[1]}; they keep the false-alarm rate"
+            " together. An alarm states the mean flow of any law."
         )
     elif file.score is not None:
         yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."

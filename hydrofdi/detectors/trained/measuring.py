@@ -53,7 +53,8 @@ class Leak(NamedTuple):
         return {"flow": self.flow, "low": low, "high": high}
 
     def __str__(self) -> str:
-        flow, low, high = (number_text(convert(each, "L/min"), 2) for each in (self.flow, *self.interval))
+        ends = (max(0.0, self.flow), *self.interval)
+        flow, low, high = (number_text(convert(each, "L/min"), 2) for each in ends)
         return f"a leak of {flow} L/min in the mean ({low} to {high})"
 
 

@@ -86,7 +86,7 @@ def consequence(
     if chart is not None:
         # at least those of the chart itself
         expected = windows_judged * (file.n_every / file.sampling_frequency / chart.false_alarm_every)
-    drift = leak.flow / area if leak and area else None
+    drift = max(0.0, leak.flow) / area if leak and area else None
     advice = _advice(file, alarms, expected, margin)
     return Consequence(windows_judged, alarms, expected, leak, drift, advice)
 

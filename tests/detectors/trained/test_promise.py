@@ -26,6 +26,9 @@ def test_an_alarm_states_the_mean_flow_with_its_interval_and_drifts_with_the_are
 def test_an_interval_does_not_reach_below_zero():
     assert Leak(FLOW, FLOW).interval == (0.0, pytest.approx(3.0 * FLOW))
     assert Leak(-FLOW, 0.1 * FLOW).interval == (0.0, 0.0)
+    reversed_leak = Leak(-FLOW, FLOW)
+    assert "of 0 L/min" in str(reversed_leak)
+    assert consequence(of_flow(data_sheet={"piston_area": 2e-3}), 100, 30, reversed_leak).drift == 0.0
 
 
 def test_an_assumed_area_gives_no_drift_and_a_score_without_a_flow_no_leak():

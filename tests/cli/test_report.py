@@ -84,8 +84,7 @@ def cells(rows, key):
 
 
 @pytest.mark.parametrize(
-    ("form", "separator", "emphasis"),
-    [("text", r"\s+", "{}*"), ("markdown", r" \| ", "**{}**")],
+    ("form", "separator", "emphasis"), [("text", r"\s+", "{}*"), ("markdown", r" \| ", "**{}**")]
 )
 def test_every_form_shows_the_same_numbers_and_marks_the_largest_positive(
     printed, table3_rows, form, separator, emphasis

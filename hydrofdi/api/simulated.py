@@ -15,11 +15,10 @@ from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
-from hydrofdi.sensing import Measurement
+from hydrofdi.sensing import measured_batch
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 from hydrofdi.simulation.balances import Outcome
-from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import records
 
@@ -106,13 +105,11 @@ def _batch(
     labels: Sequence[str] | None,
 ) -> RecordBatch:
     """Records of runs with the same samples; those that fail are rejected."""
-    sensors = Measurement([run.parameters for run in runs])
     possible = [0.0 if math.isnan(value) else value for value in coefficients]
-    trajectory = simulate_batch(sensors.runs, possible, tap=sensors)
-    shown = sensors.show(trajectory)
+    shown = measured_batch([run.parameters for run in runs], possible)
     outcomes = [
         Outcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
-        for value, outcome in zip(coefficients, trajectory.outcomes, strict=True)
+        for value, outcome in zip(coefficients, shown.outcomes, strict=True)
     ]
     texts = labels or ("",) * len(runs)
     good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]

@@ -165,6 +165,15 @@ class ExperimentData:
     absent: Indicators = field(default_factory=dict)
 
     @property
+    def all_remarks(self) -> tuple[str, ...]:
+        """The remarks, and that another version of the physics computed the runs."""
+        older = (
+            f"Computed with version {self.physics_version} of the physics; this hydrofdi has version"
+            f" {PHYSICS_VERSION}, and runs that are computed now may differ."
+        )
+        return (*self.remarks, *([older] if self.physics_version != PHYSICS_VERSION else []))
+
+    @property
     def indicators(self) -> Indicators:
         """Label → indicator."""
         return {**self.experiment.indicator_choice.made(self.experiment.wavelet), **self.absent}

@@ -294,21 +294,8 @@ def _extra(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
 
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]
 
-RULES: tuple[Rule, ...] = (
-    _bands,
-    _intermittent_leaks,
-    _folding,
-    _periods,
-    without_results,
-    other_machines,
-)
-STUDY_RULES: tuple[Rule, ...] = (
-    _too_few_records,
-    _shifts_inside,
-    _free_supply_sensors,
-    _onsets,
-    _extra,
-)
+RULES: tuple[Rule, ...] = (_bands, _intermittent_leaks, _folding, _periods, without_results, other_machines)
+STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _shifts_inside, _free_supply_sensors, _onsets, _extra)
 """Rules that hold for every experiment, and those for studies of detection."""
 
 
@@ -424,10 +411,7 @@ QUANTITIES = (
 
 
 def plausibility(
-    unusual: Iterable[Unusual],
-    distinct: Distinct,
-    runs: Sequence[RunParameters],
-    rows: Sequence[Row],
+    unusual: Iterable[Unusual], distinct: Distinct, runs: Sequence[RunParameters], rows: Sequence[Row]
 ) -> list[dict[str, Any]]:
     """Unusual parameters, and the range of each quantity, with their usual range.
 

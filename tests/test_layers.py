@@ -19,8 +19,8 @@ LAYERS = [
     {"config"},
     {"detectors", "diagnosis"},
     {"indicators"},
-    {"evaluation", "transforms", "records"},
-    {"compilation"},
+    {"evaluation", "transforms", "records", "fmi"},
+    {"compilation", "engine"},
     {"physics"},
     {"settings"},
     {"units"},
@@ -55,6 +55,7 @@ HOMES = {
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua.py",),
     "cryptography": ("monitor/opcua.py",),
+    "fmpy": ("fmi/",),
     "prometheus_client": ("monitor/metrics.py",),
 }
 """Outside library → where it may be imported."""

@@ -28,6 +28,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import run_identities
 from hydrofdi.config.shown_values import shown_in
+from hydrofdi.engine import TaskFailure
 from hydrofdi.errors import (
     ConfigError,
     HydrofdiError,
@@ -46,7 +47,6 @@ from hydrofdi.execution import (
     run_jobs,
     unsolved_conditions,
 )
-from hydrofdi.execution.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.messages import counted

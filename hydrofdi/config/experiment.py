@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, fie
 
 from hydrofdi.config.request import OBSERVATION, RunRequest, parameter_names, parameter_unit
 from hydrofdi.config.sections.machine import FluidConfig
-from hydrofdi.config.sections.plant import OUTPUTS
+from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.config.study import DetectionConfig, StudyConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
@@ -435,7 +435,7 @@ class ExperimentConfig(RunRequest):
     def absent_signals(self) -> frozenset[str]:
         """Signals that its runs do not have: the oil temperature, if it is not stated."""
         if self.plant.fmu is not None:
-            return frozenset(OUTPUTS.keys() - self.plant.outputs.keys())
+            return absent_signals(self.plant)
         is_stated = self.fluid.temperature is not None or "fluid.temperature" in self.varied_names
         return frozenset() if is_stated else frozenset({"oil_temperature"})
 

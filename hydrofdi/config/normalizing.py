@@ -14,8 +14,16 @@ from pydantic import ValidationError
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.sections.plant import PARAMETERS, PlantConfig, declare, is_foreign
+from hydrofdi.config.sections.plant import (
+    PARAMETERS,
+    PlantConfig,
+    declare,
+    is_foreign,
+    named_model,
+    with_digest,
+)
 from hydrofdi.config.sweep import LAWS, argument_values
+from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.yaml_source import Path, Source, scalar
@@ -78,9 +86,15 @@ def _normalize_plant(source: Source) -> None:
         for inner, value in _leaves(section.pop(key), (str(key),)):
             source.move(("plant", key, *inner[1:]), ("plant", ".".join(inner)))
             section[".".join(inner)] = value
-    if (model := PlantConfig.model_validate({"fmu": section["fmu"]}).model) is None:
+    try:
+        section["fmu"] = with_digest(section["fmu"])
+        model = named_model(section["fmu"])
+    except ConfigError as error:
+        source.report(("plant", "fmu"), str(error))
+        section["fmu"] = None
         return
-    declare(model)
+    if model is not None:
+        declare(model)
     varied = {key for key in _keys({**source.data, "plant": {}}) if is_foreign(key)}
     for name in sorted(varied & PARAMETERS.keys()):
         section.setdefault(name.partition(".")[2], PARAMETERS[name].start)

@@ -9,8 +9,8 @@ from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.shown_values import shown_values, varied_parameters
+from hydrofdi.engine import Engine, TaskFailure, run_halving
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.execution.engine import Engine, TaskFailure, run_halving
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import WIDTH

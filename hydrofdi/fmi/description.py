@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -17,6 +19,8 @@ from hydrofdi.settings.quantities import SI
 from hydrofdi.units import BASE_UNITS, SYMBOLS, parse_unit, zero_of
 
 EXTRA = "FMUs need the extra: pip install 'hydrofdi[fmi]'"
+
+_POWER = re.compile(r"(?<=[A-Za-z])(-?\d+)")
 
 _NUMBERS = {"Real": float, "Float64": float, "Float32": float, "Boolean": bool, "String": str}
 """Type of a variable → that of its values; all others are integers."""
@@ -186,7 +190,7 @@ def _variable(given: Any, units: Mapping[str, Any]) -> Variable:
     unit = given.unit or getattr(stated, "unit", None) or ""
     si_unit, factor, offset = _in_si(unit, units.get(unit))
     kind = {"Enumeration": "Integer"}.get(given.type, given.type)
-    value = {"Boolean": _boolean, "String": str}.get(kind, _number if kind in _NUMBERS else _integer)
+    value: Any = {"Boolean": _boolean}.get(kind, _NUMBERS.get(kind, int))
     least, most = (
         _number(getattr(given, end) or getattr(stated, end, None)) if kind in ("Real", "Float64") else None
         for end in ("min", "max")
@@ -205,10 +209,6 @@ def _number(text: Any) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def _integer(text: Any) -> int:
-    return int(text)
-
-
 def _boolean(text: Any) -> bool:
     return str(text).lower() in ("true", "1")
 
@@ -219,11 +219,12 @@ def _in_si(unit: str, base: Any) -> tuple[str, float, float]:
         exponents = tuple(Fraction(getattr(base, name)) for name in BASE_UNITS)
         if not (base.mol or base.cd):
             return _si_unit(exponents), float(base.factor), float(base.offset)
-    try:
-        known = parse_unit(unit)
-    except ValueError:
-        return "1", 1.0, 0.0
-    return _si_unit(known.exponents), float(known.factor), zero_of(unit)
+    # Modelica writes N.m and m3/s.
+    for written in (unit, _POWER.sub(r"^\1", unit).replace(".", "·")):
+        with suppress(ValueError):
+            known = parse_unit(written)
+            return _si_unit(known.exponents), float(known.factor), zero_of(unit)
+    return "1", 1.0, 0.0
 
 
 @lru_cache(maxsize=256)

@@ -17,7 +17,7 @@ from hydrofdi.fmi.description import Model, read_model
 _ERROR = 3
 """Least status of a message that tells of an error: ``error`` and ``fatal``."""
 
-_TOLERANCE = 1e-6
+_TOLERANCE = 1e-8
 """Largest relative tolerance of the solver of a model exchange."""
 
 

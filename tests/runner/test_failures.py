@@ -16,7 +16,7 @@ from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import StoreError, SweepInterrupted
 from hydrofdi.execution import InProcessEngine, LocalPoolEngine
-from hydrofdi.execution.engine import TaskFailure
+from hydrofdi.engine import TaskFailure
 from tests.commands import COMMAND, run, run_json
 from tests.runner.processes import kill, nobody_left, says, shards, start, wait_until, workers
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Self
 
@@ -60,9 +60,8 @@ class PlantLeakage(Section):
 
 
 class PlantConfig(Section):
-    """An FMU in the place of the cylinder, its valve and its fluid. Every other key is a parameter of the FMU,
-    such as ``oil.beta: 551 MPa``; in a sweep it is ``plant.oil.beta``. `record.step` is the communication
-    step.
+    """An FMU in the place of cylinder, valve and fluid. Every other key is a parameter of the FMU, such as
+    ``oil.beta: 551 MPa``; in a sweep it is ``plant.oil.beta``. The communication step is ``record.step``.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -94,12 +93,10 @@ class PlantConfig(Section):
     @classmethod
     def _known_file(cls, given: str | None, info: ValidationInfo) -> str | None:
         """The path and what the file contains; results keep both, but name no file to run."""
-        if given is None or _STORED.fullmatch(given):
-            return given
-        path, _, digest = given.partition(_DIGEST)
-        if info.context is not None:
-            return f"{path} (sha256:{digest})" if digest else None
-        return given if digest else f"{located(Path(path)).resolve()}{_DIGEST}{digest_of(located(Path(path)))}"
+        path, _, digest = (given or "").partition(_DIGEST)
+        if digest and info.context is not None:
+            return f"{path} (sha256:{digest})"
+        return given if given is None or info.context is not None else with_digest(given)
 
     @field_validator("inputs", "outputs", mode="before")
     @classmethod
@@ -124,7 +121,9 @@ class PlantConfig(Section):
             return self
         for signal, text in self.inputs.items():
             if (found := self._variable(signal, text)).causality != "input":
-                raise ValueError(f"inputs.{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}")
+                raise ValueError(
+                    f"inputs.{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}"
+                )
         for signal, text in self.outputs.items():
             self._variable(signal, text)
         if "chamber_1_pressure" not in self.outputs:
@@ -143,7 +142,7 @@ class PlantConfig(Section):
     @property
     def model(self) -> Model | None:
         """The FMU, if the experiment itself names it; results and detectors do not."""
-        return None if self.fmu is None or _STORED.fullmatch(self.fmu) else _named(self.fmu)
+        return None if self.fmu is None else named_model(self.fmu)
 
     def __hash__(self) -> int:
         return hash(self.stated_text)
@@ -179,9 +178,19 @@ class PlantConfig(Section):
         return found
 
 
+def with_digest(path: str) -> str:
+    """The whole path of an FMU, and what the file contains; one that has both as it is."""
+    if _DIGEST in path or _STORED.fullmatch(path):
+        return path
+    file = located(Path(path)).resolve()
+    return f"{file}{_DIGEST}{digest_of(file)}"
+
+
 @lru_cache(maxsize=16)
-def _named(fmu: str) -> Model:
-    """The FMU of a path with a digest; a ConfigError if it is another one by now."""
+def named_model(fmu: str) -> Model | None:
+    """The FMU of a path with a digest, a ConfigError if it is another one by now; None of one in results."""
+    if _STORED.fullmatch(fmu):
+        return None
     path, _, digest = fmu.partition(_DIGEST)
     model = read_model(Path(path))
     if model.digest != digest:
@@ -204,7 +213,9 @@ def _converted(found: Variable, signal: str, text: str) -> PlantVariable:
     else:
         exponents, factor, offset = parse_unit(found.si_unit).exponents, found.factor, found.offset
     if (written or found.si_unit != "1") and exponents != parse_unit(needed).exponents:
-        raise ValueError(f"{signal} needs {needed}; {found.name!r} is in {written['unit'] if written else found.unit}")
+        raise ValueError(
+            f"{signal} needs {needed}; {found.name!r} is in {written['unit'] if written else found.unit}"
+        )
     return PlantVariable(name=found.name, factor=factor, offset=offset)
 
 
@@ -244,3 +255,8 @@ def foreign_value(name: str, value: Any) -> Any:
     if not (is_number if declared.kind is int else isinstance(value, declared.kind)):
         raise ValueError(f"expected {declared.kind.__name__}; found {value!r}")
     return value
+
+
+def absent_signals(plant: PlantConfig) -> frozenset[str]:
+    """Signals that runs on an FMU lack; none without one."""
+    return frozenset(OUTPUTS.keys() - plant.outputs.keys() if plant.fmu is not None else ())

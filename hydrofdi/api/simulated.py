@@ -144,7 +144,7 @@ def _batch(
 
 def _label(run: RunSpec, coefficient: float) -> str:
     flow = run.parameters.leakage.internal_flow
-    modulus = run.parameters.fluid.bulk_modulus
+    modulus = run.parameters.fluid.bulk_modulus if run.parameters.plant.fmu is None else math.nan
     return condition_label(math.nan if flow is None else flow, coefficient, modulus)
 
 

@@ -81,7 +81,7 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
     for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
-        frequency = natural_frequency(run)
+        frequency = natural_frequency(run) if run.plant.fmu is None else math.nan
         bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
         if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
@@ -438,7 +438,7 @@ def plausibility(
         _row(each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
         for each in unusual
     ]
-    for quantity in QUANTITIES:
+    for quantity in QUANTITIES if runs[0].plant.fmu is None else ():
         seen: Iterable[tuple[RunParameters, Row]] = zip(runs, rows, strict=True)
         if quantity.sections:
             seen = ((run, {}) for run in distinct(*quantity.sections))

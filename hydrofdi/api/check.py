@@ -68,8 +68,8 @@ Mode = dict[str, Any]
 ``leakage_flow_at_reference``, q_il at 8 MPa [m³/s]; ``piston_share``, mean leakage flow over the mean of
 A_1 abs(v_p) [-]; ``frequency`` f_h [Hz] and ``damping_ratio`` ζ [-]; ``level`` whose band holds f_h, 0 above
 d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from the nearest edge of a band;
-``stroke_share``, largest abs(x_p) over half of the stroke, or V/A without one [-]; ``pressure_range``, ends of
-P_1 [Pa]; ``status`` and ``verdict``. Of an FMU, what follows from the equations of a plant is NaN."""
+``stroke_share``, largest abs(x_p) over half of the stroke, or V/A without one [-]; ``pressure_range``, ends
+of P_1 [Pa]; ``status`` and ``verdict``. Of an FMU, what follows from the equations of a plant is NaN."""
 
 
 MOST_ROWS = 24
@@ -357,14 +357,12 @@ def _modes_table(found: Check) -> Table:
     bands = [levels[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
     conditions = [*map(shown_values, columns["labels"])]
     if not found.figures:  # an FMU, whose equations are unknown
-        ranges = [
-            " … ".join(f"{convert(end, 'MPa'):.4g}" for end in ends) for ends in columns["pressure_range"]
-        ]
+        ends = [[f"{convert(end, 'MPa'):.4g}" for end in each] for each in columns["pressure_range"]]
         return Table((
             Column("conditions", conditions, is_text=True),
             quantity("leakage_coefficient", columns["leakage_coefficient"], "", "coefficient"),
             quantity("mean_leakage_flow", columns["mean_leakage_flow"], "m^3/s", "leakage"),
-            Column("pressure_range", ranges, title="P_1 [MPa]", is_text=True),
+            Column("pressure_range", [*map(" … ".join, ends)], title="P_1 [MPa]", is_text=True),
             Column("verdict", columns["verdict"], is_text=True),
         ), title="Runs")  # fmt: skip
     content = (

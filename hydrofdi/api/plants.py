@@ -174,7 +174,8 @@ def _proposal(model: Model, path: str) -> str:
         values = [float(f"{each.in_si(each.start) * factor:.4g}") for factor in (1.0, 1.5)]
         grid[f"plant.{each.name}"] = [f"{value / 1e6:g} MPa" for value in values]
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", model.path.stem).strip("-.") or "plant"
-    experiment = {"name": name, "plant": plant, "record": {"duration": "8 s"}}
+    record = {"duration": "20 s", "step": "0.1 ms"}
+    experiment: dict[str, Any] = {"name": name, "plant": plant, "record": record}
     if grid:
         experiment["sweep"] = {"grid": grid}
     return yaml.safe_dump(experiment, sort_keys=False, allow_unicode=True, width=100)

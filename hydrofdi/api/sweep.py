@@ -254,8 +254,9 @@ def _jobs(
     required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
     try:
         solved = leakage_coefficients(
-            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures
-        )
+            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures,
+            time_per_job=plan.experiment.limits.time_per_job,
+        )  # fmt: skip
     except (KeyboardInterrupt, HydrofdiError) as error:
         kept = {identity: value for identity, value in known.items() if not math.isnan(value)}
         if kept and not isinstance(error, ConfigError):

@@ -236,8 +236,9 @@ def _root(recipe: Recipe, **attributes: str) -> Element:
     for kind in recipe.kinds:
         known = {"canHandleVariableCommunicationStepSize": "true"} if kind == "CoSimulation" else {}
         SubElement(root, kind, {"modelIdentifier": IDENTIFIER, **known, **dict(recipe.attributes)})
-    units = SubElement(root, "UnitDefinitions")
-    for unit in sorted({v.unit for v in recipe.variables() if v.unit}):
+    used = sorted({v.unit for v in recipe.variables() if v.unit})
+    units = SubElement(root, "UnitDefinitions") if used else root
+    for unit in used:
         base, factor, offset = _OTHER_UNITS.get(unit, (unit, 1.0, 0.0))
         powers = {key: str(value) for key, value in _BASES[base].items()}
         element = SubElement(units, "Unit", {"name": unit})

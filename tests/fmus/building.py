@@ -138,7 +138,7 @@ class Recipe:
     without_start : tuple of str
         Parameters that state no start value, as the standard demands they did.
     platform : str, optional
-        Folder of the binary; by default that of this machine.
+        Folder of the binary, one of Windows; by default that of this machine.
     """
 
     version: int = 2
@@ -160,8 +160,9 @@ class Recipe:
 
 def build(folder: Path, recipe: Recipe = Recipe(), name: str = "cylinder.fmu") -> Path:
     """Compile and zip an FMU; the file in `folder`."""
-    platform = recipe.platform or (fmpy.platform if recipe.version == 2 else fmpy.platform_tuple)
-    binary = f"binaries/{platform}/{IDENTIFIER}{fmpy.sharedLibraryExtension}"
+    own = fmpy.platform if recipe.version == 2 else fmpy.platform_tuple
+    suffix = fmpy.sharedLibraryExtension if recipe.platform is None else ".dll"
+    binary = f"binaries/{recipe.platform or own}/{IDENTIFIER}{suffix}"
     with zipfile.ZipFile(folder / name, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description(recipe))
         archive.writestr(binary, _compiled(recipe))

@@ -18,7 +18,7 @@ typedef enum { INSTANTIATED, INITIALIZING, RUNNING } Phase;
 typedef struct {
     double v[N_VARIABLE];
     char text[64];
-    double time;
+    double time, stop;
     Phase phase;
     int is_stale;
 } Model;
@@ -65,9 +65,13 @@ static void refresh(Model *m) {
 }
 
 static void restart(Model *m) {
-    memcpy(m->v, START, sizeof START);
+#ifndef FALSE_RESET
+    m->phase = INSTANTIATED;
+#endif
+    if (m->phase == INSTANTIATED) memcpy(m->v, START, sizeof START);
     strcpy(m->text, "HLP32");
     m->time = 0.0;
+    m->stop = INFINITY;
     m->phase = INSTANTIATED;
     m->is_stale = 1;
 }
@@ -92,7 +96,22 @@ static Result advance(Model *m, double time, double length) {
         return FAILED;
     }
     double end = time + length, h = length / n;
+    if (end > m->stop + 1e-9) {
+        failure = "a step must not go beyond the stop time";
+        return FAILED;
+    }
+#ifdef FIXED_STEP
+    if (fabs(remainder(length, FIXED_STEP)) > 1e-9) {
+        failure = "a step must be a multiple of the internal step";
+        return FAILED;
+    }
+#endif
+#ifdef CHATTY
+    if (time < 1e-9) puts("the plant runs");
+    fflush(stdout);
+#endif
     if (is_due(m, HAZARD_CRASH, end)) raise(SIGSEGV);
+    if (is_due(m, HAZARD_EXIT, end)) exit(3);
     for (volatile int hangs = is_due(m, HAZARD_HANG, end); hangs;) {}
     if (is_due(m, HAZARD_FAIL, end)) {
         failure = "the solver of the plant gave up";
@@ -125,7 +144,7 @@ static Result advance(Model *m, double time, double length) {
 /* Value in the unit that modelDescription.xml declares. */
 static double get(Model *m, unsigned reference) {
     refresh(m);
-    return m->v[reference] / SCALE[reference];
+    return (m->v[reference] - OFFSET[reference]) / SCALE[reference];
 }
 
 /* Inputs and tunable parameters may be set at any time, fixed parameters and start values only before the end of
@@ -136,7 +155,7 @@ static Result set(Model *m, unsigned reference, double value) {
         failure = "this variable cannot be set now";
         return FAILED;
     }
-    m->v[reference] = value * SCALE[reference];
+    m->v[reference] = value * SCALE[reference] + OFFSET[reference];
     m->is_stale = 1;
     return OK;
 }

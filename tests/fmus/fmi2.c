@@ -70,6 +70,7 @@ EXPORT void fmi2FreeInstance(fmi2Component c) {
 EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
                                       fmi2Boolean has_stop, fmi2Real stop) {
     MODEL(c)->time = start;
+    if (has_stop) MODEL(c)->stop = stop;
     return fmi2OK;
 }
 

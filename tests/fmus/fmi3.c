@@ -56,6 +56,7 @@ EXPORT void fmi3FreeInstance(fmi3Instance c) { free(c); }
 EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
                                               fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
     MODEL(c)->time = start;
+    if (has_stop) MODEL(c)->stop = stop;
     MODEL(c)->phase = INITIALIZING;
     return fmi3OK;
 }

@@ -10,6 +10,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hydrofdi.compilation.compiling import own_cache
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.description import Model, read_model
@@ -64,7 +66,7 @@ def _unpacked(model: Model) -> str:
 class Instance:
     """An FMU that is run again and again, each time from its start.
 
-    It is reset between runs, and replaced by a new one if it does not support that.
+    It is reset between runs. One that refuses that, or whose state is then not that of a new one, is replaced.
     """
 
     def __init__(self, model: Model) -> None:
@@ -74,6 +76,7 @@ class Instance:
         self._fmu: Any = None
         self._solver: _Solver | None = None
         self._messages: list[str] = []
+        self._resets: bool | None = None  # unknown until it is tried
 
     def _heard(self, *told: Any) -> None:
         """Keep what the FMU says of errors; FMI 2 tells its name before the status."""
@@ -92,20 +95,44 @@ class Instance:
         """
         self._messages.clear()
         try:
+            if self._fmu is not None and self._resets is None:
+                self._resets = self._forgets(values, inputs, stop_time)
             self._renew()
             self._initialise(values, inputs, stop_time)
         except Exception as error:
             raise self.failed(error) from None
 
+    def _forgets(self, *start: Any) -> bool:
+        """Whether a run starts after a reset as on a new FMU, in all real variables."""
+        references = [
+            each.reference
+            for each in self.model.variables.values()
+            if each.kind in ("Real", "Float64") and not each.is_array and each.causality != "independent"
+        ]
+        states = []
+        for is_new in (False, True):
+            try:
+                if is_new:
+                    self._free()
+                    self._renew()
+                else:
+                    self._fmu.reset()
+                self._initialise(*start)
+                states.append((self._fmu.getReal if self._is_second else self._fmu.getFloat64)(references))
+                self._fmu.terminate()
+            except Exception:  # not every FMU supports it
+                self._free()
+                return False
+        return bool(np.array_equal(*states, equal_nan=True))
+
     def _renew(self) -> None:
         from fmpy.simulation import instantiate_fmu
 
         self._solver = None
-        if self._fmu is not None:
-            try:
-                self._fmu.reset()
-            except Exception:  # not every FMU supports it
-                self._free()
+        if self._fmu is not None and self._resets:
+            self._fmu.reset()
+        else:
+            self._free()
         if self._fmu is None:
             self._fmu = instantiate_fmu(self._folder, self.model.source, logger=self._heard)
 

@@ -91,15 +91,18 @@ def _normalize_plant(source: Source) -> None:
         model = named_model(section["fmu"])
     except ConfigError as error:
         source.report(("plant", "fmu"), str(error))
-        section["fmu"] = None
-        return
+        raise ConfigError(source.mistakes) from None  # nothing else of the plant can be judged
     if model is not None:
         declare(model)
     varied = {key for key in _keys({**source.data, "plant": {}}) if is_foreign(key)}
     for name in sorted(varied & PARAMETERS.keys()):
         section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
     own = [key for key in section if key not in PlantConfig.model_fields]
-    section |= {key: parameter_value(source, ("plant", key), f"plant.{key}", section[key]) for key in own}
+    for key in own:
+        n_mistake, value = len(source.mistakes), section.pop(key)
+        value = parameter_value(source, ("plant", key), f"plant.{key}", value)
+        if len(source.mistakes) == n_mistake:  # else validation of the model would report it again
+            section[key] = value
     quantities = ((key, parameter_unit(f"plant.{key}")) for key in own)
     section["units"] = {key: unit for key, unit in quantities if unit}
 

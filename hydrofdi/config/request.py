@@ -211,7 +211,8 @@ class RunParameters(Section):
 
     def shown_value(self, name: str) -> Any:
         """The value of a dotted name as results show it: a file by its name, size and digest."""
-        return without_contents(self.value(name))
+        value = self.value(name)
+        return value.stated() if isinstance(value, Section) else without_contents(value)
 
 
 RECORD_SECTIONS = tuple(sorted(RunParameters.model_fields))

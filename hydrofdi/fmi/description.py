@@ -8,13 +8,13 @@ import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from difflib import get_close_matches
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI
 from hydrofdi.units import BASE_UNITS, SYMBOLS, parse_unit, zero_of
 
@@ -142,7 +142,9 @@ class Model:
     def variable(self, name: str) -> Variable:
         """The variable of a name; else a ValueError names the nearest."""
         if name not in self.variables:
-            raise ValueError(f"{self.path.name} has no variable {name!r}{nearest(name, [*self.variables])}")
+            alike = get_close_matches(name, self.variables, 1)
+            meant = f"; did you mean {alike[0]!r}?" if alike else f"; 'hydrofdi inspect {self.path.name}'"
+            raise ValueError(f"{self.path.name} has no variable {name!r}{meant}")
         return self.variables[name]
 
 

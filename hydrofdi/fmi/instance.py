@@ -16,8 +16,8 @@ from hydrofdi.compilation.compiling import own_cache
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.description import Model, read_model
 
-_ERROR = 3
-"""Least status of a message that tells of an error: ``error`` and ``fatal``."""
+_TOLD = 1
+"""Least status of a message that is kept: from ``warning`` on."""
 
 _TOLERANCE = 1e-8
 """Largest relative tolerance of the solver of a model exchange."""
@@ -66,7 +66,7 @@ def _unpacked(model: Model) -> str:
 class Instance:
     """An FMU that is run again and again, each time from its start.
 
-    It is reset between runs. One that refuses that, or whose state is then not that of a new one, is replaced.
+    It is reset between runs. One that refuses, or whose state is then not that of a new one, is replaced.
     """
 
     def __init__(self, model: Model) -> None:
@@ -81,7 +81,7 @@ class Instance:
     def _heard(self, *told: Any) -> None:
         """Keep what the FMU says of errors; FMI 2 tells its name before the status."""
         status, message = told[2 if self._is_second else 1], told[-1]
-        if status >= _ERROR and message:
+        if status >= _TOLD and message:
             text = message.decode(errors="replace") if isinstance(message, bytes) else str(message)
             self._messages = [*self._messages[-3:], " ".join(text.split())]
 
@@ -123,7 +123,7 @@ class Instance:
             except Exception:  # not every FMU supports it
                 self._free()
                 return False
-        return bool(np.array_equal(*states, equal_nan=True))
+        return bool(np.array_equal(states[0], states[1], equal_nan=True))
 
     def _renew(self) -> None:
         from fmpy.simulation import instantiate_fmu

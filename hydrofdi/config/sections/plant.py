@@ -172,9 +172,11 @@ class PlantConfig(Section):
         assert self.model is not None
         written = _WITH_UNIT.fullmatch(text)
         found = self.model.variable(written["name"] if written and text not in self.model.variables else text)
-        _converted(found, signal, text)
+        if signal in INPUTS and found.causality != "input":
+            raise ValueError(f"inputs.{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}")
         if found.is_array or found.value_type is str:
             raise ValueError(f"{signal}: {found.name!r} is no single number")
+        _converted(found, signal, text)
         return found
 
 

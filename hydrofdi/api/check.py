@@ -45,14 +45,7 @@ from hydrofdi.report.table import UNSAID, Column, Table, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import (
-    HOLE,
-    K_I_UNIT,
-    number_text,
-    readable_unit,
-    shown_quantity,
-    typeset,
-)
+from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.layout import names

@@ -96,7 +96,8 @@ def _normalize_plant(source: Source) -> None:
         declare(model)
     varied = {key for key in _keys({**source.data, "plant": {}}) if is_foreign(key)}
     for name in sorted(varied & PARAMETERS.keys()):
-        section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
+        if PARAMETERS[name].start is not None:
+            section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
     own = [key for key in section if key not in PlantConfig.model_fields]
     for key in own:
         n_mistake, value = len(source.mistakes), section.pop(key)

@@ -117,6 +117,12 @@ def _folding(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
                 yield f"{key}: {frequency:g} Hz is not below {half:g} Hz, half of record.sampling_frequency"
 
 
+def _needed_tools(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
+    model = experiment.plant.model
+    if model is not None and model.needed_tool:
+        yield f"{model.path.name} needs {model.needed_tool} while it runs (needsExecutionTool)"
+
+
 def _periods(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     for run in distinct("input", "record"):
         n_period = period_count(run)
@@ -298,17 +304,12 @@ RULES: tuple[Rule, ...] = (
     _bands,
     _intermittent_leaks,
     _folding,
+    _needed_tools,
     _periods,
     without_results,
     other_machines,
 )
-STUDY_RULES: tuple[Rule, ...] = (
-    _too_few_records,
-    _shifts_inside,
-    _free_supply_sensors,
-    _onsets,
-    _extra,
-)
+STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _shifts_inside, _free_supply_sensors, _onsets, _extra)
 """Rules that hold for every experiment, and those for studies of detection."""
 
 
@@ -424,10 +425,7 @@ QUANTITIES = (
 
 
 def plausibility(
-    unusual: Iterable[Unusual],
-    distinct: Distinct,
-    runs: Sequence[RunParameters],
-    rows: Sequence[Row],
+    unusual: Iterable[Unusual], distinct: Distinct, runs: Sequence[RunParameters], rows: Sequence[Row]
 ) -> list[dict[str, Any]]:
     """Unusual parameters, and the range of each quantity, with their usual range.
 

@@ -43,6 +43,8 @@ class Variable:
         Value in SI = `factor` · value + `offset`.
     start, least, most : Any
         In the unit of the FMU; None if it states none.
+    items : tuple of int
+        Values of an enumeration.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Variable:
     most: float | None = None
     text: str = ""
     is_array: bool = False
+    items: tuple[int, ...] = ()
 
     @property
     def value_type(self) -> type:
@@ -131,13 +134,16 @@ class Model:
 
         if self.interface is None:
             return "has neither co-simulation nor model exchange; export one of them"
-        if self.interface.needsExecutionTool:
-            tool = self.source.generationTool or "the tool that made it"
-            return f"needs {tool} while it runs (needsExecutionTool); export it with its solver"
         if self.platforms and fmpy.platform not in self.platforms:
             found = ", ".join(self.platforms)
             return f"has no binary for {fmpy.platform}, but for {found}; export it for this platform"
         return "" if self.platforms else "contains no binary; compile or export it for this platform"
+
+    @property
+    def needed_tool(self) -> str:
+        """What has to be installed while it runs; empty if nothing has."""
+        tool = self.source.generationTool or "the tool that made it"
+        return tool if self.interface is not None and self.interface.needsExecutionTool else ""
 
     def variable(self, name: str) -> Variable:
         """The variable of a name; else a ValueError names the nearest."""
@@ -183,15 +189,16 @@ def _read(path: Path, digest: str) -> Model:
     if not source.fmiVersion.startswith(("2.", "3.")):
         raise ConfigError(f"{path}: is of FMI {source.fmiVersion}; export it as FMI 2 or 3")
     units = {unit.name: unit.baseUnit for unit in source.unitDefinitions or ()}
-    variables = {each.name: _variable(each, units) for each in source.modelVariables}
+    is_second = source.fmiVersion.startswith("2.")
+    variables = {each.name: _variable(each, units, is_second=is_second) for each in source.modelVariables}
     return Model(path, digest, source, variables, [each for each in platforms if each != "c-code"])
 
 
-def _variable(given: Any, units: Mapping[str, Any]) -> Variable:
+def _variable(given: Any, units: Mapping[str, Any], *, is_second: bool) -> Variable:
     stated = given.declaredType
     unit = given.unit or getattr(stated, "unit", None) or ""
     si_unit, factor, offset = _in_si(unit, units.get(unit))
-    kind = {"Enumeration": "Integer"}.get(given.type, given.type)
+    kind = {"Enumeration": "Integer" if is_second else "Int64"}.get(given.type, given.type)
     value: Any = {"Boolean": _boolean}.get(kind, _NUMBERS.get(kind, int))
     least, most = (
         _number(getattr(given, end) or getattr(stated, end, None)) if kind in ("Real", "Float64") else None
@@ -203,6 +210,7 @@ def _variable(given: Any, units: Mapping[str, Any]) -> Variable:
         given.initial or "", unit, si_unit, factor, offset,
         None if is_array or given.start is None else value(given.start), least, most,
         given.description or "", is_array,
+        tuple(int(item.value) for item in getattr(stated, "items", None) or ()),
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import shutil
 import tempfile
@@ -9,8 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from hydrofdi.compilation.compiling import own_cache
 from hydrofdi.errors import ConfigError
@@ -66,17 +65,18 @@ def _unpacked(model: Model) -> str:
 class Instance:
     """An FMU that is run again and again, each time from its start.
 
-    It is reset between runs. One that refuses, or whose state is then not that of a new one, is replaced.
+    Each run has an instance of its own; one that can be made only once is reset.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
+        if multiprocessing.parent_process() is not None:
+            os.dup2(2, 1)  # what an FMU prints is no result
         self._folder = _unpacked(model)
         self._is_second = model.source.fmiVersion.startswith("2.")
         self._fmu: Any = None
         self._solver: _Solver | None = None
         self._messages: list[str] = []
-        self._resets: bool | None = None  # unknown until it is tried
 
     def _heard(self, *told: Any) -> None:
         """Keep what the FMU says of errors; FMI 2 tells its name before the status."""
@@ -95,44 +95,27 @@ class Instance:
         """
         self._messages.clear()
         try:
-            if self._fmu is not None and self._resets is None:
-                self._resets = self._forgets(values, inputs, stop_time)
             self._renew()
             self._initialise(values, inputs, stop_time)
         except Exception as error:
             raise self.failed(error) from None
 
-    def _forgets(self, *start: Any) -> bool:
-        """Whether a run starts after a reset as on a new FMU, in all real variables."""
-        references = [
-            each.reference
-            for each in self.model.variables.values()
-            if each.kind in ("Real", "Float64") and not each.is_array and each.causality != "independent"
-        ]
-        states = []
-        for is_new in (False, True):
-            try:
-                if is_new:
-                    self._free()
-                    self._renew()
-                else:
-                    self._fmu.reset()
-                self._initialise(*start)
-                states.append((self._fmu.getReal if self._is_second else self._fmu.getFloat64)(references))
-                self._fmu.terminate()
-            except Exception:  # not every FMU supports it
-                self._free()
-                return False
-        return bool(np.array_equal(states[0], states[1], equal_nan=True))
-
     def _renew(self) -> None:
         from fmpy.simulation import instantiate_fmu
 
-        self._solver = None
-        if self._fmu is not None and self._resets:
-            self._fmu.reset()
-        else:
-            self._free()
+        self._solver, fmu = None, self._fmu
+        if fmu is not None and self.model.interface.canBeInstantiatedOnlyOncePerProcess:
+            try:
+                fmu.reset()
+            except Exception:  # not every FMU supports it
+                self._free()
+        elif fmu is not None and self._is_second:
+            # Resets of some FMUs do nothing, or crash; a new instance on the loaded library takes 1 ms.
+            fmu.fmi2FreeInstance(fmu.component)
+            fmu.instantiate(callbacks=fmu.callbacks)
+        elif fmu is not None:
+            fmu.fmi3FreeInstance(fmu.component)
+            fmu.instantiate(logMessage=self._heard)
         if self._fmu is None:
             self._fmu = instantiate_fmu(self._folder, self.model.source, logger=self._heard)
 

@@ -179,7 +179,8 @@ def _advance(
                 control(k, rows[k])
             if k == 0 or (held[k] != held[k - 1]).any():
                 set_inputs(held[k])
-            step(k * record.step, record.step)
+            if k + 1 < record.n_step:  # nothing is read after the last sample
+                step(k * record.step, record.step)
     except Exception as error:
         raise instance.failed(error) from None
     else:

@@ -165,6 +165,7 @@ def test_what_is_stored_is_not_computed_again_unless_the_fmu_changes(tmp_path):
         ({"oil.bta": "551 MPa"}, "plant.oil.bta", "oil.beta"),
         ({"oil.beta": "551 mm"}, "plant.oil.beta", "mm"),
         ({"load.on": 3.5}, "plant.load.on", "bool"),
+        ({"friction.law": 7}, "plant.friction.law", "1, 2"),
         ({"fmu": "nowhere.fmu"}, "plant.fmu", "No such file"),
     ],
 )
@@ -187,19 +188,24 @@ def test_what_the_plant_does_not_know_cannot_vary(fmu):
 @pytest.mark.parametrize(
     ("recipe", "reason"),
     [
-        (Recipe(attributes=(("needsExecutionTool", "true"),)), "needsExecutionTool"),
         (Recipe(platform="win64"), "win64"),
         (Recipe(defines=("NO_LICENCE",)), ""),
     ],
-    ids=["tool", "platform", "licence"],
+    ids=["platform", "licence"],
 )
 def test_an_fmu_that_cannot_run_here_is_refused_or_a_failed_row(recipe, reason, tmp_path):
     file = build(tmp_path, recipe)
     if reason:
         with pytest.raises(HydrofdiError, match=reason):
-            hydrofdi.check(on(file))
+            hydrofdi.load_experiment(on(file))
     else:
         assert hydrofdi.simulate(on(file)).status == "plant_failed"
+
+
+def test_an_fmu_that_needs_its_tool_says_so_and_is_tried(tmp_path):
+    found = hydrofdi.check(on(build(tmp_path, Recipe(attributes=(("needsExecutionTool", "true"),)))))
+    assert any("needsExecutionTool" in warning for warning in found.warnings)
+    assert [mode["status"] for mode in found.modes] == ["ok"]
 
 
 def test_results_never_run_the_fmu_that_they_name(fmu, tmp_path):

@@ -116,15 +116,12 @@ class PlantConfig(Section):
             if self != type(self).model_construct():
                 raise ValueError("needs the key 'fmu', the path of an FMU")
             return self
-        PARAMETERS.update({f"plant.{name}": _Declared(SI(unit)) for name, unit in self.units.items()})
         if (model := self.model) is None:
+            PARAMETERS.update({f"plant.{name}": _Declared(SI(unit)) for name, unit in self.units.items()})
             return self
-        for signal, text in self.inputs.items():
-            if (found := self._variable(signal, text)).causality != "input":
-                raise ValueError(
-                    f"inputs.{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}"
-                )
-        for signal, text in self.outputs.items():
+        if model.obstacle:
+            raise ValueError(f"{self.name} cannot run here: it {model.obstacle}")
+        for signal, text in (*self.inputs.items(), *self.outputs.items()):
             self._variable(signal, text)
         if "chamber_1_pressure" not in self.outputs:
             raise ValueError("outputs: name the variable of chamber_1_pressure at least")
@@ -224,8 +221,10 @@ def _converted(found: Variable, signal: str, text: str) -> PlantVariable:
 class _Declared:
     """A parameter of an FMU: its quantity, and the value that it has without being stated."""
 
-    def __init__(self, quantity: SI | None, start: Any = None, kind: type = float) -> None:
-        self.quantity, self.start, self.kind = quantity, start, kind
+    def __init__(
+        self, quantity: SI | None, start: Any = None, kind: type = float, items: tuple[int, ...] = ()
+    ) -> None:
+        self.quantity, self.start, self.kind, self.items = quantity, start, kind, items
 
 
 PARAMETERS: dict[str, _Declared] = {}
@@ -243,7 +242,9 @@ def declare(model: Model) -> None:
     for name, variable in model.variables.items():
         if variable.is_settable:
             start = None if variable.start is None else variable.in_si(variable.start)
-            PARAMETERS[f"plant.{name}"] = _Declared(variable.quantity, start, variable.value_type)
+            PARAMETERS[f"plant.{name}"] = _Declared(
+                variable.quantity, start, variable.value_type, variable.items
+            )
 
 
 def foreign_value(name: str, value: Any) -> Any:
@@ -256,6 +257,8 @@ def foreign_value(name: str, value: Any) -> Any:
     is_number = isinstance(value, int) and not isinstance(value, bool)
     if not (is_number if declared.kind is int else isinstance(value, declared.kind)):
         raise ValueError(f"expected {declared.kind.__name__}; found {value!r}")
+    if declared.items and value not in declared.items:
+        raise ValueError(f"expected one of {', '.join(map(str, declared.items))}; found {value}")
     return value
 
 

@@ -315,13 +315,40 @@ def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConf
         # windows that touch no gap are judged, unless most of the record is missing
         is_short = times[-1] - times[0] < _MOSTLY * typical * times.size
         return [Issue(text, kind="gap" if is_short else "gaps", is_unusable=config.resample is None)]
-    even = np.linspace(times[0], times[-1], times.size)
-    even -= times
-    deviation = float(max(even.max(), -even.min())) / typical
+    deviation = _deviation(times) / typical
     if deviation <= config.limits.uneven + 1e-4:
         return []
     text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
     return [Issue(text, kind="uneven", is_unusable=config.resample is None)]
+
+
+def _deviation(times: Array) -> float:
+    """Largest distance of instants from even ones between the first and the last [s]."""
+    even = np.linspace(times[0], times[-1], times.size)
+    even -= times
+    return float(max(even.max(), -even.min()))
+
+
+_OF_STREAMS = 0.25
+"""Distance from even sampling as a share of a step that a stream may have: its stamps jitter."""
+_OTHER_UNITS = ("ms", "µs", "ns", "FILETIME", "min", "h", "exceldays")
+
+
+def uneven_window(times: Array) -> str:
+    """What is uneven in the instants of a window; empty if nothing is."""
+    share = _deviation(times) * (times.size - 1) / float(times[-1] - times[0]) if times.size > 2 else 0.0
+    if share <= _OF_STREAMS or _rounded(times):
+        return ""
+    return f"stamps are uneven: up to {share:.0%} of a step from even; a stream may have {_OF_STREAMS:.0%}"
+
+
+def other_unit(step: float, period: float) -> str:
+    """A question if a step in another unit of time would be that of the sampling frequency; else empty."""
+    units = (
+        unit for unit in _OTHER_UNITS if abs(step * float(parse_unit(unit).factor) / period - 1.0) < 0.05
+    )
+    unit = next(units, "")
+    return f"; is the time in {unit}? State its unit" if unit else ""
 
 
 _TOLERANCE = 0.01

@@ -83,7 +83,7 @@ class RunParameters(Section):
         ("input", "control", "record"): checks.require_input_fits,
         ("load", "record"): checks.require_load_fits,
         ("measurement", "record"): checks.require_jitter_fits,
-        ("plant", "control", "leakage"): checks.require_plant_fits,
+        ("plant", "control", "leakage", "record"): checks.require_plant_fits,
     }
     # sections that have to fit each other, and their check; in what else they hold, they are free
 

@@ -140,6 +140,13 @@ class Model:
         return "" if self.platforms else "contains no binary; compile or export it for this platform"
 
     @property
+    def fixed_step(self) -> float | None:
+        """Communication step of which it takes multiples alone [s]; None if it takes any."""
+        stated = getattr(self.interface, "fixedInternalStepSize", None)
+        is_free = getattr(self.interface, "canHandleVariableCommunicationStepSize", True)
+        return None if stated is None or is_free else float(stated)
+
+    @property
     def needed_tool(self) -> str:
         """What has to be installed while it runs; empty if nothing has."""
         tool = self.source.generationTool or "the tool that made it"

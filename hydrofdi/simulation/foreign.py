@@ -34,7 +34,7 @@ Signals = dict[str, NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
-class _Asked:
+class Asked:
     """A run, its K_i, the noise in its loop, and whether every step is wanted in place of the samples."""
 
     run: RunParameters
@@ -54,7 +54,7 @@ def simulate_foreign(
     record, asked = runs[0].record, []
     for k, (run, coefficient) in enumerate(zip(runs, leakage_coefficients, strict=True)):
         noise, every_step = (tap.feedback_noise(k), tap.wants(k)) if tap else (None, False)
-        asked.append(_Asked(run, coefficient, noise, every_step))
+        asked.append(Asked(run, coefficient, noise, every_step))
     names = (*OUTPUTS, "input_voltage", "reference_position", "load_force")
     rows = {name: np.full((len(runs), record.n_sample), np.nan) for name in names}
     outcomes = []
@@ -86,15 +86,15 @@ def _workers() -> LocalPoolEngine:
     return LocalPoolEngine(available_cores()).__enter__()
 
 
-def _results(asked: Sequence[_Asked]) -> Iterator[tuple[Signals, Outcome]]:
+def _results(asked: Sequence[Asked]) -> Iterator[tuple[Signals, Outcome]]:
     """Signals and outcome of each run, in order; a worker computes them itself."""
     if multiprocessing.parent_process() is not None:
-        yield from map(_simulated, asked)
+        yield from map(simulated, asked)
         return
     engine = _workers()
     results: dict[int, tuple[Signals, Outcome]] = {}
     for each in asked:
-        engine.submit(_simulated, each)
+        engine.submit(simulated, each)
     for result in engine.completed():
         if result.failure is None:
             results[id(result.item)] = result.value
@@ -106,7 +106,7 @@ def _results(asked: Sequence[_Asked]) -> Iterator[tuple[Signals, Outcome]]:
     yield from (results[id(each)] for each in asked)
 
 
-def _simulated(asked: _Asked) -> tuple[Signals, Outcome]:
+def simulated(asked: Asked) -> tuple[Signals, Outcome]:
     """Signals of a run, NaN after its end if it ended early."""
     run, plant = asked.run, asked.run.plant
     if plant.model is None:

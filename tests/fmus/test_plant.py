@@ -127,7 +127,7 @@ def test_a_run_that_its_fmu_ends_is_a_row_and_the_others_finish(fmu, hazard, sta
 
 def test_a_run_that_hangs_ends_at_its_time_limit(fmu, tmp_path):
     found = hydrofdi.sweep(
-        failing(fmu, tmp_path, hang="0.3 s"), out=tmp_path / "out", workers=2, limits={"time_per_job": "2 s"}
+        failing(fmu, tmp_path, hang="0.3 s"), out=tmp_path / "out", workers=2, limits={"time_per_job": "12 s"}
     )
     assert found.statuses == {"ok": 2, "timeout": 1}
 
@@ -223,6 +223,11 @@ def test_results_never_run_the_fmu_that_they_name(fmu, tmp_path):
     record["plant"]["fmu"] = stored.replace(" (sha256:", "#sha256:").removesuffix(")")
     (tmp_path / "out" / "experiment.json").write_text(json.dumps(record))
     run("rerun", tmp_path / "out", run_id, check=2)
+
+
+def test_records_of_an_fmu_have_the_channels_that_it_gives(fmu):
+    found = hydrofdi.inspect(hydrofdi.simulate(on(fmu, plant={"outputs": {"P1": "cyl.port_a.p", "x": "x"}})))
+    assert {each.value for each in found.ranges} == {"chamber_1_pressure", "piston_position", "input_voltage"}
 
 
 def test_the_proposal_of_inspect_runs_as_it_stands(fmu, tmp_path):

@@ -109,10 +109,17 @@ def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
         )
 
 
-def require_plant_fits(plant: PlantConfig, control: ControlConfig, leakage: LeakageConfig) -> None:
-    """An FMU has the variables that the controller and the leak need."""
+def require_plant_fits(
+    plant: PlantConfig, control: ControlConfig, leakage: LeakageConfig, record: RecordConfig
+) -> None:
+    """An FMU has the variables that the controller and the leak need, and takes the communication step."""
     if plant.fmu is None:
         return
+    fixed = plant.model.fixed_step if plant.model is not None else None
+    if fixed is not None and not is_whole(record.step / fixed):
+        raise ValueError(
+            f"record.step = {record.step:g} s is not a multiple of the {fixed:g} s that {plant.name} takes"
+        )
     is_inside = "reference_position" in plant.inputs
     if control.is_closed and not is_inside and "piston_position" not in plant.outputs:
         raise ValueError(f"control.law = {control.law} reads the position: name it in plant.outputs")

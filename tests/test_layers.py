@@ -21,8 +21,8 @@ LAYERS = [
     {"config"},
     {"detectors", "diagnosis"},
     {"indicators"},
-    {"evaluation", "transforms", "records"},
-    {"compilation"},
+    {"evaluation", "transforms", "records", "fmi"},
+    {"compilation", "engine"},
     {"physics"},
     {"settings"},
     {"units"},
@@ -43,7 +43,7 @@ HOMES = {
     "pywt": ("transforms/", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
-    "yaml": ("settings/yaml_source.py", "config/loading.py"),
+    "yaml": ("settings/yaml_source.py", "config/loading.py", "api/plants.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("report/table.py", "records/opening.py", "records/writing.py"),
     "xarray": ("api/", "report/table.py"),
@@ -57,6 +57,7 @@ HOMES = {
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua.py",),
     "cryptography": ("monitor/opcua.py",),
+    "fmpy": ("fmi/",),
     "prometheus_client": ("monitor/metrics.py",),
 }
 """Outside library → where it may be imported."""

@@ -12,6 +12,7 @@ from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.runs import Runs, record_identities, spread
+from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
@@ -113,7 +114,12 @@ def _batch(
     ]
     texts = labels or ("",) * len(runs)
     good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
-    wanted = {each: signal for each, signal in records.SIGNAL_OF_CHANNEL.items() if each in source.channels}
+    absent = absent_signals(runs[0].parameters.plant)
+    wanted = {
+        each: signal
+        for each, signal in records.SIGNAL_OF_CHANNEL.items()
+        if each in source.channels and signal not in absent
+    }
     found = shown.signals(wanted.values())
     return RecordBatch(
         {channel: found[signal][good] for channel, signal in wanted.items() if signal in found},
@@ -134,7 +140,7 @@ def _batch(
 
 def _label(run: RunSpec, coefficient: float) -> str:
     flow = run.parameters.leakage.internal_flow
-    modulus = run.parameters.fluid.bulk_modulus
+    modulus = run.parameters.fluid.bulk_modulus if run.parameters.plant.fmu is None else math.nan
     return records.condition_label(math.nan if flow is None else flow, coefficient, modulus)
 
 

@@ -29,7 +29,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import run_identities
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.execution.engine import TaskFailure
+from hydrofdi.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.messages import counted
@@ -239,8 +239,9 @@ def _jobs(
     required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
     try:
         solved = execution.leakage_coefficients(
-            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures
-        )
+            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures,
+            time_per_job=plan.experiment.limits.time_per_job,
+        )  # fmt: skip
     except (KeyboardInterrupt, errors.HydrofdiError) as error:
         kept = {identity: value for identity, value in known.items() if not math.isnan(value)}
         if kept and not isinstance(error, errors.ConfigError):

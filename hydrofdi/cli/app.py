@@ -198,9 +198,12 @@ def _unread() -> int:
 
 
 def _unexpected(error: Exception) -> int:
-    """Exit code of an unexpected error: a long name and a full disk are the user's; all else is a bug."""
+    """Exit code of an unexpected error: a long name, a full disk, no memory are the user's; else a bug."""
     if isinstance(error, OSError) and error.errno in (errno.ENAMETOOLONG, errno.ENOSPC):
         return _complain(f"{str(error.filename or 'standard output')[:_MOST_OF_PATH]}: {error.strerror}")
+    is_memory = isinstance(error, MemoryError) or "failed to map segment" in str(error)
+    if is_memory or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+        return _complain("there is not enough memory; look at 'ulimit -v' and at other programs")
     traceback.print_exc()
     _complain("this is a bug in hydrofdi; please report it with the lines above")
     return FAULT

@@ -128,9 +128,9 @@ def diagnose(
     tested = [each.record_ids[0] for each in pieces if under_test.find(sketch_of(each, 0)) is None]
     for piece in (piece for batch in healthy for piece in _pieces(batch, length)):
         rows = [row for row in range(piece.n_record) if not _obstacle(piece.rows([row]), chosen, used)]
-        alike = {row: under_test.known(sketch_of(piece, row)) for row in rows}
-        same += [f"{piece.record_ids[row]} is {tested[n]}" for row, n in alike.items() if n is not None]
-        other = [row for row in rows if alike[row] is None]
+        copied = {row: under_test.known(sketch_of(piece, row)) for row in rows}
+        same += [f"{piece.record_ids[row]} is {tested[n]}" for row, n in copied.items() if n is not None]
+        other = [row for row in rows if copied[row] is None]
         if other:
             past.append(piece.rows(other))
     if len(rates := {batch.sampling_frequency for batch in past}) > 1:

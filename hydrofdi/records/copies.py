@@ -24,7 +24,7 @@ _LIKE = 0.995
 """Least correlation of the first channel of records that are compared digit by digit."""
 _FINE, _COARSER, _VARIED = 1e4, 4.0, 20.0
 """Digits in the range of a channel, or ratio of two digits, at which other records never agree to a digit;
-and digits in the range of a channel that tells anything."""
+digits in the range of a channel that tells anything."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -25,38 +24,26 @@ from hydrofdi.records.columns import (
     unit_by_name,
 )
 from hydrofdi.records.description import FormatConfig, MeasuredConfig, known_unit, unit_mistake
+from hydrofdi.records.dialects import (
+    CHANNELS,
+    below_preamble,
+    date_format,
+    encoding_of,
+    long_form,
+    thousands_of,
+)
 from hydrofdi.records.long import last_part
 from hydrofdi.records.opening import open_table
 from hydrofdi.records.rows import MISSING_LIKE
 from hydrofdi.records.stuck import update_rate
 from hydrofdi.records.text import TextTable
-from hydrofdi.records.times import counts_samples, likely_unit, named_time, sampling_of_times
+from hydrofdi.records.times import counts_samples, is_dated, likely_unit, named_time, sampling_of_times
 from hydrofdi.units import parse_unit, similar_units, zero_of
 
-_SUGGESTED = {
-    Channel.CHAMBER_1_PRESSURE: "druck a, druck 1, pressure a, kammerdruck a, kammerdruck 1",
-    Channel.CHAMBER_2_PRESSURE: "druck b, druck 2, pressure b, kammerdruck b, kammerdruck 2",
-    Channel.SUPPLY_PRESSURE: "druck p, pressure p, versorgungsdruck, systemdruck",
-    Channel.RETURN_PRESSURE: "druck t, pressure t, tankdruck",
-    Channel.PISTON_POSITION: "weg, hub, kolbenweg, kolbenposition",
-    Channel.PISTON_VELOCITY: "geschwindigkeit, kolbengeschwindigkeit",
-    Channel.INPUT_VOLTAGE: "spannung, stellspannung, ventil, ventilspannung, valve, command",
-}
-"""Names for which a description is only suggested, because they are ambiguous."""
-_CHANNELS = {
-    name.replace(" ", ""): channel for channel, text in _SUGGESTED.items() for name in text.split(", ")
-}
-_LONGEST_PREAMBLE = 40
-"""Lines among which the header of a text file is looked for."""
+_OF_DAY = re.compile(r"\s*\d{1,2}:")
+"""A time of day without a date."""
 _WITHOUT_UNIT = {"LabVIEW Measurement": "s", "SampleTime[ms]": "ms"}
 """Text above the rows of a program → the unit of its column of time, which it does not state."""
-_VALUES = ("state", "value", "varvalue", "wert")
-"""Names of the column of values in tables with a row for each of them."""
-_THOUSANDS = {
-    re.compile(r"[-+]?\d{1,3}(,\d{3})+\.\d+"): (",", "."),
-    re.compile(r"[-+]?\d{1,3}(\.\d{3})+,\d+"): (".", ","),
-}
-"""Cells that have both signs → the sign of thousands and the decimal sign."""
 
 
 @dataclass
@@ -86,7 +73,7 @@ class Proposal:
         found: dict[Channel, int] = {}
         for position, title in enumerate(self.names):
             unit = self.table.unit(position) or self.units.get(position, "")
-            if channel := channel_named(title, unit, _CHANNELS):
+            if channel := channel_named(title, unit, CHANNELS):
                 found.setdefault(channel, position)
         return found
 
@@ -156,13 +143,20 @@ def _time(found: Proposal) -> int | None:
     others = [n for n, unit in enumerate(units) if unit and unit.exponents == second]
     others += [n for n in range(len(units)) if table.is_dated(n)]
     rising = (n for n in [0] if n not in found.channels().values() and _rises(table, n))
-    return next((n for n in [*named_time(table), *others, *rising] if not is_counter(table, n)), None)
+    return next((n for n in [*named_time(table), *others, *rising] if not _is_no_time(table, n)), None)
 
 
 def _rises(table: Table, position: int) -> bool:
     with suppress(DataError):
         values = table.numbers(position)
         return values.size > 2 and bool(np.all(np.diff(values[np.isfinite(values)]) > 0.0))
+    return False
+
+
+def _is_no_time(table: Table, position: int) -> bool:
+    with suppress(DataError):
+        values = np.zeros(1) if table.is_dated(position) else table.numbers(position)
+        return not np.isfinite(values).any() or (not table.unit(position) and counts_samples(values))
     return False
 
 
@@ -189,28 +183,44 @@ def _step(table: Table, time: int) -> float:
 
 def _time_lines(found: Proposal, time: int, channels: Sequence[int], *, has_clocks: bool) -> Iterator[str]:
     """The column of time, and what makes it even, with how often channels are really updated."""
-    table, date = found.table, ""
+    table, unit, remark = found.table, "", ""
     if table.is_dated(time):
-        with suppress(DataError):
-            is_of_day = math.isnan(table.instants(time)[1])
-            dates = [n for n, name in enumerate(found.names) if name.lower() in ("date", "datum")]
-            date = f", date: {found.named(dates[0])}" if is_of_day and dates else ""
-        yield f"time: {{column: {found.named(time)}{date}}}"
-        unit = ""
+        more, remark = _date_keys(found, time)
     else:
         unit = table.unit(time) or found.units.get(time, "")
         with suppress(DataError):
-            unit = unit or likely_unit(table.numbers(time)) or "…"
-        yield f"time: {{column: {found.named(time)}, unit: {unit or '…'}}}"
+            if not unit and (unit := likely_unit(values := table.numbers(time))):
+                steps = np.diff(values[np.isfinite(values)]) * float(parse_unit(unit).factor)
+                rate = f"{1.0 / np.median(steps):.4g} Hz " if steps.size else ""
+                remark = f"  # no unit is stated; {rate}if it is {unit}"
+        more = f", unit: {unit or '…'}"
+    yield f"time: {{column: {found.named(time)}{more}}}{remark}"
     with suppress(DataError, RejectionError, ValueError):
         times = table.instants(time)[0]
         times = times * float(parse_unit(unit).factor) + zero_of(unit) if unit else times
-        remarks = sampling_of_times(times, MeasuredConfig(files=("…",)), table)[1]
+        frequency, remarks = sampling_of_times(times, MeasuredConfig(files=("…",)), table)
         if any(each.is_unusable for each in remarks) and not has_clocks:
             rates = [(n, _update_rate(table, n, times)) for n in channels]
             slow = [f"{shortened(found.names[n])} is updated at {rate:.3g} Hz" for n, rate in rates if rate]
-            rate = float(f"{1.0 / float(np.median(np.diff(times))):.3g}")
-            yield f"resample: {rate:g} Hz" + f"  # {'; '.join(slow)}" * bool(slow)
+            yield f"resample: {float(f'{frequency:.3g}'):g} Hz" + f"  # {'; '.join(slow)}" * bool(slow)
+
+
+def _date_keys(found: Proposal, time: int) -> tuple[str, str]:
+    """Column and format of dates, if they must be stated, and a remark on them."""
+    table = found.table
+    if not isinstance(table, TextTable):
+        return "", ""
+    dates = [n for n, name in enumerate(found.names) if name.lower() in ("date", "datum") and n != time]
+    rows = [row for row in table.example if len(row) > max([time, *dates]) and is_dated(row[time])]
+    date = dates[0] if dates and rows and _OF_DAY.match(rows[0][time]) else None
+    texts = [row[time] if date is None else f"{row[date].strip()} {row[time].strip()}" for row in rows]
+    form, is_ambiguous = date_format(texts) or ("…", False)
+    table.date_by(time, form, date)
+    stated = f", format: {form!r}" if form else ""
+    return (
+        ("" if date is None else f", date: {found.named(date)}") + stated,
+        "  # day and month may be the other way round" if is_ambiguous else "",
+    )
 
 
 def _update_rate(table: Table, position: int, times: Array) -> float | None:
@@ -231,15 +241,17 @@ def _missing(found: Proposal, positions: Sequence[int]) -> dict[str, Any]:
 
 
 def _proposal(file: Path) -> Proposal:
-    skip, table = below_preamble(file)
+    encoding = encoding_of(file)
+    skip, table = below_preamble(file, encoding)
     if not isinstance(table, TextTable):
         return Proposal(table, names=[title.rpartition("/")[2] for title in table.titles])
-    found = Proposal(table, {"skip": skip} if skip else {}, table.titles)
+    form = {"skip": skip, "encoding": encoding}
+    defaults = FormatConfig().model_dump()
+    found = Proposal(table, {key: value for key, value in form.items() if value != defaults[key]})
+    found.names = [title if is_unit(title.rpartition("/")[2]) else last_part(title) for title in table.titles]
     first = table.first_numeric
-    row = first[1] if first else []
-    thousands = (signs for cell in row for form, signs in _THOUSANDS.items() if form.fullmatch(cell.strip()))
-    if signs := next(thousands, None):
-        found.form |= {"thousands": signs[0]} | ({"decimal": ","} if signs[1] == "," else {})
+    if signs := thousands_of(first[1] if first else []):
+        found.form |= signs
     elif table.has_decimal_commas:
         found.form["decimal"] = ","
     if table.units_in_cells:
@@ -249,7 +261,7 @@ def _proposal(file: Path) -> Proposal:
         found.units = dict(_units_beside(found, above))
         if first and table.n_between:
             found.form |= {"skip": first[0] - 1, "header": False}
-    elif long := _long(table):
+    elif long := long_form(table):
         found.form["long"] = long
         with open_table(file, str(file), FormatConfig(**found.form)) as pivoted:
             found.names = pivoted.titles
@@ -268,34 +280,3 @@ def _units_beside(found: Proposal, above: Sequence[Sequence[str]]) -> Iterator[t
     units = (unit for text, unit in _WITHOUT_UNIT.items() if any(text in cells for cells in above))
     if unit := next(units, ""):
         yield from ((n, unit) for n, name in enumerate(found.names) if name == found.names[0])
-
-
-def _long(table: TextTable) -> dict[str, str] | None:
-    """Columns of names and values, if names of channels stand in the rows."""
-    titles = table.titles
-    for position in range(len(titles)):
-        texts = {row[position].strip() for row in table.example if position < len(row)}
-        if any(channel_named(last_part(text), "", _CHANNELS) for text in texts):
-            values = [title for title in titles if title.lower() in _VALUES]
-            return {"name": titles[position], "value": values[0]} if values else None
-    return None
-
-
-def below_preamble(file: Path) -> tuple[int, Table]:
-    """Number of lines above the header, and the table: it names channels right above numbers, or most of them
-    farther above, or else none."""
-    found: list[tuple[int, int, Table]] = []
-    for skip in range(_LONGEST_PREAMBLE):
-        with suppress(DataError), open_table(file, str(file), FormatConfig(skip=skip)) as table:
-            if not isinstance(table, TextTable):
-                return skip, table
-            titles = enumerate(table.titles if table.has_numbers else ())
-            n_named = sum(channel_named(title, table.unit(n), _CHANNELS) is not None for n, title in titles)
-            if n_named and not table.n_between and table.first_numeric:
-                return skip, table
-            found += [(n_named, -skip, table)] * table.has_numbers
-    if found:
-        _, skip, table = max(found, key=lambda each: each[:2])
-        return -skip, table
-    with open_table(file, str(file), FormatConfig()) as table:
-        return 0, table

@@ -21,6 +21,7 @@ from hydrofdi.records.columns import (
 from hydrofdi.records.description import MeasuredConfig, is_counts
 from hydrofdi.records.times import (
     FIRST_DATE,
+    LAST_DATE,
     contradicting_times,
     counts_samples,
     require_seconds,
@@ -136,7 +137,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
             if column.config.gain is not None
         },
         units={channel: gauge_unit(column.unit) for channel, column in columns.items()},
-        date=start if start >= FIRST_DATE else since + start,
+        date=start if FIRST_DATE <= start <= LAST_DATE else since + start,
     )
 
 

@@ -22,14 +22,16 @@ from hydrofdi.records import times
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.rows import HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
+from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
 
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
-_OTHER_NUMBER = re.compile(r"[-+]?\d[\d.,' ]*([eEdD][-+]?\d+)?")
+_OTHER_NUMBER = re.compile(r"[-+\u2212]?\d[\d.,' \u00a0\u202f]*([eEdD][-+]?\d+)?")
 """A number in any format."""
 _DAY = 86_400.0
+_MOST_COLUMNS = 16_384
+"""As in a sheet of Excel."""
 _SOME = 1000
 """Number of first rows that show the usual width."""
 
@@ -86,6 +88,8 @@ class TextTable(Table):
         if not kept:
             raise DataError(f"{place}: contains no rows")
         self._rows = RowReader(form, [line for _, line in kept[:2]], place)
+        if (n_column := kept[0][1].count(self._rows.delimiter) + 1) > _MOST_COLUMNS:
+            raise DataError(f"{place}: has {n_column:,} columns; export {_MOST_COLUMNS:,} of them at most")
         kept = [each for each in kept if not self._rows.is_empty(each[1])]
         self._lines, texts = [number for number, _ in kept], [line for _, line in kept]
         cells = self._cells_of(texts)
@@ -233,7 +237,7 @@ class TextTable(Table):
                     reading.n_waiting += 1
                 else:
                     is_value = str(found).startswith("column")
-                    hint = "" if is_value and reading.n_row else HEAD_HINT
+                    hint = FOOT_HINT if is_value and reading.n_row else HEAD_HINT
                     raise DataError(f"{self.place}:{number + row}: {found}{hint}")
         self.remarks = tuple(reading.remarks(is_unended))
         self._n_row, self._broken = reading.n_row, reading.broken

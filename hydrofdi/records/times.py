@@ -37,6 +37,8 @@ from hydrofdi.units import ABOVE, BELOW, parse_unit, zero_of
 
 _POINTED = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):")
 """Day, month and year separated by dots, as in 31.01.2026 12:00."""
+_BASIC = re.compile(r"\d{8}T\d{6}([.,]\d{1,9})?(Z|[-+]\d{2}(:?\d\d)?)?")
+"""Date and time of ISO 8601 without signs between."""
 _OF_DAY = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d{1,9})?")
 _BEYOND = re.compile(r":\d\d[.,]\d{6}(\d{1,3})")
 _EPOCH = datetime(1970, 1, 1)
@@ -54,7 +56,7 @@ class Instant(NamedTuple):
 
 def is_dated(text: str) -> bool:
     """Whether a text is meant as a date with a time of day, not as a number; the date may be invalid."""
-    return ":" in text
+    return ":" in text or bool(_BASIC.fullmatch(text.strip()))
 
 
 def time_zone(name: str) -> tzinfo:
@@ -177,27 +179,41 @@ def counts_samples(values: Array) -> bool:
     return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
 
 
-_USUAL_RATES = (20.0, 1e6)
-"""Rates [Hz] at which a time without a unit is believed to be in seconds."""
-FIRST_DATE, _LAST_DATE = 1e9, 4.1e9
-"""Least and largest instant of a clock that counts from 1970 [s]: the years 2001 to 2099."""
-_LIKELY_UNITS = ("s", "ms", "µs", "FILETIME", "exceldays", "ns", "day")
+_USUAL_RATES, _FAST = (20.0, 1e6), 20e3
+"""Rates [Hz] at which a time without a unit is believed to be in seconds; above the last one, unless another
+unit gives a round rate below it."""
+FIRST_DATE, LAST_DATE = 1e9, 2.6e9
+"""Least and largest instant of a clock that counts from 1970 [s]: the years 2001 to 2052."""
+_ROUND = (1.0, 2.0, 2.5, 4.0, 5.0, 10.0)
+"""What round rates begin with."""
+_LIKELY_UNITS = ("s", "ms", "µs", "ns", "min", "h", "day", "FILETIME", "exceldays")
 _FEWEST = 10
 
 
 def likely_unit(values: Array) -> str:
-    """The unit in which a column of time has a usual rate, and is a date if any unit makes it one; seconds if
-    its rate cannot be seen; empty if no unit is likely."""
-    steps = np.diff(values[np.isfinite(values)])
-    if values.size < _FEWEST or not steps.size or not (step := float(np.median(steps))) > 0.0:
+    """The unit in which a column of time is a date, or else has a usual rate; seconds if its rate cannot be
+    seen; empty if no unit is likely, or more than one."""
+    known = values[np.isfinite(values)]
+    steps = np.diff(known)
+    if known.size < _FEWEST or not (step := float(np.median(steps))) > 0.0:
         return "s"
-    likely, dated, first = list[str](), list[str](), float(values[np.isfinite(values)][0])
+    mean, likely, rounded = float(known[-1] - known[0]) / steps.size, list[str](), list[str]()
     for unit in _LIKELY_UNITS:
-        factor = float(parse_unit(unit).factor)
-        if BELOW * _USUAL_RATES[0] <= 1.0 / (factor * step) <= ABOVE * _USUAL_RATES[1]:
-            is_date = FIRST_DATE <= factor * first + zero_of(unit) <= _LAST_DATE
-            (dated if is_date else likely).append(unit)
-    return next(iter([*dated, *likely]), "")
+        factor, zero = float(parse_unit(unit).factor), zero_of(unit)
+        rate = 1.0 / (factor * step)
+        if not BELOW * _USUAL_RATES[0] <= rate <= ABOVE * _USUAL_RATES[1]:
+            continue
+        if FIRST_DATE <= factor * known[0] + zero <= LAST_DATE:
+            return unit
+        if not zero and (rate <= ABOVE * _FAST or unit == "s"):
+            likely.append(unit)
+            first = [float(f"{1.0 / (factor * each):.3e}"[:5]) for each in (step, mean)]
+            rounded += [unit] * any(abs(each / usual - 1.0) < 2e-3 for each in first for usual in _ROUND)
+    if likely[:1] == ["s"]:
+        others = [unit for unit in rounded if unit != "s"]
+        return others[0] if 1.0 / step > ABOVE * _FAST and others else "s"
+    found = likely if len(likely) == 1 else rounded
+    return found[0] if len(found) == 1 else ""
 
 
 def require_seconds(values: Array, where: str) -> None:
@@ -207,7 +223,7 @@ def require_seconds(values: Array, where: str) -> None:
         hint = f"is it in {unit} ({rate / float(parse_unit(unit).factor):.4g} Hz)? " if unit else ""
         raise DataError(
             f"{where}: has no unit, and {rate:.4g} Hz if it is in seconds; {hint}State the unit, as in"
-            f" 'time [{unit or 's'}]' or 'time: {{column: …, unit: {unit or 's'}}}'; s, if it is slow"
+            f" 'time [{unit or 's'}]' or 'time: {{column: …, unit: {unit or 's'}}}'; s, if that is right"
         )
 
 
@@ -221,11 +237,7 @@ def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tup
     if (bad := np.flatnonzero(steps <= 0.0)).size:
         relation = "the same as" if steps[bad[0]] == 0.0 else "before"
         text = f"{table.row_place(int(bad[0]) + 1)}: the time is {relation} that of the row above"
-        if rounded:
-            text += (
-                f"; stamps are rounded to {rounded[1]:.2g} s: state 'sampling_frequency: {rounded[0]:g} Hz'"
-            )
-        raise RejectionError("time", text)
+        raise RejectionError("time", f"{text}; {_remedy(steps, rounded)}")
     typical = float(np.median(steps))
     mean = float(times[-1] - times[0]) / (times.size - 1)
     is_joined = bool(np.isfinite(mean)) and abs(typical / mean - 1.0) > _JOINED
@@ -238,6 +250,23 @@ def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tup
         text = f"stamps are rounded to {rounded[1]:.2g} s, and even at {rounded[0]:g} Hz within that"
         return rounded[0], [Issue(text, kind="rounded")]
     return frequency, uneven
+
+
+def _remedy(steps: Array, rounded: tuple[float, float] | None) -> str:
+    """What to do about instants that do not increase."""
+    typical, n_back = float(np.median(steps)), int(np.count_nonzero(steps < 0.0))
+    if rounded:
+        return f"stamps are rounded to {rounded[1]:.2g} s: state 'sampling_frequency: {rounded[0]:g} Hz'"
+    if n_back > steps.size / 2:
+        return "sort the rows by time"
+    if not n_back:
+        return (
+            "stamps are coarser than the samples, or rows repeat: state 'sampling_frequency', or remove rows"
+        )
+    if typical > 0.0 and np.all(np.abs(steps[steps > 0.0] / typical - 1.0) < _JOINED):
+        rate = float(f"{1.0 / typical:.4g}")
+        return f"if a counter or a clock began anew there, state 'sampling_frequency: {rate:g} Hz'"
+    return "sort the rows by time, or state 'sampling_frequency' if a clock was set back"
 
 
 def _rounded(times: Array) -> tuple[float, float] | None:
@@ -286,13 +315,40 @@ def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConf
         # windows that touch no gap are judged, unless most of the record is missing
         is_short = times[-1] - times[0] < _MOSTLY * typical * times.size
         return [Issue(text, kind="gap" if is_short else "gaps", is_unusable=config.resample is None)]
-    even = np.linspace(times[0], times[-1], times.size)
-    even -= times
-    deviation = float(max(even.max(), -even.min())) / typical
+    deviation = _deviation(times) / typical
     if deviation <= config.limits.uneven + 1e-4:
         return []
     text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
     return [Issue(text, kind="uneven", is_unusable=config.resample is None)]
+
+
+def _deviation(times: Array) -> float:
+    """Largest distance of instants from even ones between the first and the last [s]."""
+    even = np.linspace(times[0], times[-1], times.size)
+    even -= times
+    return float(max(even.max(), -even.min()))
+
+
+_OF_STREAMS = 0.25
+"""Distance from even sampling as a share of a step that a stream may have: its stamps jitter."""
+_OTHER_UNITS = ("ms", "µs", "ns", "FILETIME", "min", "h", "exceldays")
+
+
+def uneven_window(times: Array) -> str:
+    """What is uneven in the instants of a window; empty if nothing is."""
+    share = _deviation(times) * (times.size - 1) / float(times[-1] - times[0]) if times.size > 2 else 0.0
+    if share <= _OF_STREAMS or _rounded(times):
+        return ""
+    return f"stamps are uneven: up to {share:.0%} of a step from even; a stream may have {_OF_STREAMS:.0%}"
+
+
+def other_unit(step: float, period: float) -> str:
+    """A question if a step in another unit of time would be that of the sampling frequency; else empty."""
+    units = (
+        unit for unit in _OTHER_UNITS if abs(step * float(parse_unit(unit).factor) / period - 1.0) < 0.05
+    )
+    unit = next(units, "")
+    return f"; is the time in {unit}? State its unit" if unit else ""
 
 
 _TOLERANCE = 0.01

@@ -155,10 +155,10 @@ def test_what_is_stored_is_not_computed_again_unless_the_fmu_changes(tmp_path):
 @pytest.mark.parametrize(
     ("plant", "key", "nearest"),
     [
-        ({"inputs": {"input_voltage": "uu"}}, "plant", "'u'"),
-        ({"inputs": {"input_voltage": "x"}}, "plant", "no input"),
-        ({"outputs": {"P1": "cyl.port_a.q"}}, "plant", "cyl.port_a.p"),
-        ({"outputs": {"P1": "x"}}, "plant", "Pa"),
+        ({"inputs": {"input_voltage": "uu"}}, "plant.inputs", "'u'"),
+        ({"inputs": {"input_voltage": "x"}}, "plant.inputs", "no input"),
+        ({"outputs": {"P1": "cyl.port_a.q"}}, "plant.outputs", "cyl.port_a.p"),
+        ({"outputs": {"P1": "x"}}, "plant.outputs", "Pa"),
         ({"outputs": {"P3": "x"}}, "plant.outputs", "P3"),
         ({"outputs": {"P2": "cyl.port_b.p"}}, "plant", "chamber_1_pressure"),
         ({"leakage": {"coefficient": "q_leak"}}, "plant", "continuous output"),

@@ -225,6 +225,21 @@ def test_results_never_run_the_fmu_that_they_name(fmu, tmp_path):
     run("rerun", tmp_path / "out", run_id, check=2)
 
 
+def test_a_study_draws_parameters_of_the_fmu_and_one_of_them_is_the_fault(fmu, tmp_path):
+    study = {
+        "population": {"over": {"plant.oil.beta": {"uniform": "±10 %"}}},
+        "healthy": {"fit": 6, "test": 4},
+        "faults": {"over": {"plant.friction.viscous": ["500 N*s/m", "5 kN*s/m"]}, "fit": 0, "each": 3},
+        "confusions": {"soft": {"plant.load.stiffness": "-50 %"}},
+    }
+    results = hydrofdi.sweep(on(fmu, name="study", study=study), out=tmp_path / "out", workers=2)
+    assert results.statuses == {"ok": 20}
+    viscous, beta = (results.dataset[f"plant.{name}"].values for name in ("friction.viscous", "oil.beta"))
+    assert sorted(viscous) == [50.0] * 14 + [500.0] * 3 + [5000.0] * 3
+    assert len(set(beta)) == 20
+    run("report", tmp_path / "out", "--html", tmp_path / "page.html", check=0)
+
+
 def test_records_of_an_fmu_have_the_channels_that_it_gives(fmu):
     found = hydrofdi.inspect(hydrofdi.simulate(on(fmu, plant={"outputs": {"P1": "cyl.port_a.p", "x": "x"}})))
     assert {each.value for each in found.ranges} == {"chamber_1_pressure", "piston_position", "input_voltage"}

@@ -234,7 +234,7 @@ def test_a_study_draws_parameters_of_the_fmu_and_one_of_them_is_the_fault(fmu, t
     }
     results = hydrofdi.sweep(on(fmu, name="study", study=study), out=tmp_path / "out", workers=2)
     assert results.statuses == {"ok": 20}
-    viscous, beta = (results.dataset[f"plant.{name}"].values for name in ("friction.viscous", "oil.beta"))
+    viscous, beta = (results.dataset[f"plant_{name}"].values for name in ("friction_viscous", "oil_beta"))
     assert sorted(viscous) == [50.0] * 14 + [500.0] * 3 + [5000.0] * 3
     assert len(set(beta)) == 20
     run("report", tmp_path / "out", "--html", tmp_path / "page.html", check=0)

@@ -19,8 +19,8 @@ LAYERS = [
     {"config"},
     {"detectors", "diagnosis"},
     {"indicators"},
-    {"evaluation", "transforms", "records"},
-    {"compilation"},
+    {"evaluation", "transforms", "records", "fmi"},
+    {"compilation", "engine"},
     {"physics"},
     {"settings"},
     {"units"},
@@ -41,7 +41,7 @@ HOMES = {
     "pywt": ("transforms/", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
-    "yaml": ("settings/yaml_source.py", "config/loading.py"),
+    "yaml": ("settings/yaml_source.py", "config/loading.py", "api/plants.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("report/table.py", "records/opening.py", "records/writing.py"),
     "xarray": ("api/", "report/table.py"),
@@ -55,6 +55,7 @@ HOMES = {
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua.py",),
     "cryptography": ("monitor/opcua.py",),
+    "fmpy": ("fmi/",),
     "prometheus_client": ("monitor/metrics.py",),
 }
 """Outside library → where it may be imported."""

@@ -53,11 +53,7 @@ SHORT = "--set=record.duration=2 s"
 
 @pytest.mark.parametrize(
     ("arguments", "code"),
-    [
-        (("simulate", SHORT), 0),
-        (("simulate", SHORT, "--set=fluid.bulk_modulus=1e13"), 1),
-        (("swep",), 2),
-    ],
+    [(("simulate", SHORT), 0), (("simulate", SHORT, "--set=fluid.bulk_modulus=1e13"), 1), (("swep",), 2)],
 )
 def test_output_and_exit_code_are_those_of_a_process(
     arguments: tuple[str, ...], code: int, tmp_path: Path

@@ -239,8 +239,7 @@ def replay(
     config: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE",
-            help="YAML file with the connection to the broker, as for 'hydrofdi monitor'.",
+            metavar="FILE", help="YAML file with the connection to the broker, as for 'hydrofdi monitor'."
         ),
     ] = None,
     settings: Settings = None,

@@ -40,7 +40,18 @@ class Sketch:
     @cached_property
     def digits(self) -> dict[Channel, float]:
         """Least difference of the values of each channel."""
-        return {each: float(np.diff(np.unique(values)).min()) for each, values in self.channels.items()}
+        return {each: _digit(values) for each, values in self.channels.items()}
+
+
+def _digit(values: Array) -> float:
+    """Least difference of values of one decade: numbers with nine digits have the coarsest in the largest."""
+    distinct = np.unique(np.abs(values[values != 0.0]))
+    steps, decades = np.diff(distinct), np.floor(np.log10(distinct))
+    is_in = decades[1:] == decades[:-1]
+    kinds = (steps[is_in & (decades[1:] == each)] for each in np.unique(decades))
+    return max(
+        (float(each.min()) for each in kinds if each.size > steps.size / 8), default=float(np.ptp(values))
+    )
 
 
 def sketch_of(batch: RecordBatch, row: int, *, is_near: bool = True) -> Sketch:

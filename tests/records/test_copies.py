@@ -42,6 +42,7 @@ COPIES = {
     "absolute": lambda channels: {
         name: samples + 101_325.0 * (name in (P1, P2)) for name, samples in channels.items()
     },
+    "nine digits": each(lambda samples: np.array([float(f"{value * 1e-5:.9g}") * 1e5 for value in samples])),
     "single precision": each(lambda samples: samples.astype(np.float32).astype(float)),
     "without its first sample": each(lambda samples: samples[1:]),
     "without its last samples": each(lambda samples: samples[:-3]),

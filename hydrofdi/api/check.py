@@ -47,6 +47,7 @@ from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number
+from hydrofdi.simulation import foreign
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
@@ -182,6 +183,7 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
     'the step of 0.001 s is too long for the friction zone: ...'
     """
     loaded = load_experiment(experiment, settings)
+    foreign.TIME_LIMIT.set(loaded.limits.time_per_job)
     selection = select_runs(loaded)
     jobs, distinct = selection.jobs, selection.distinct
     rows = computed_rows(jobs)

@@ -156,6 +156,10 @@ def _proposal(model: Model, path: str) -> str:
     if "input_voltage" not in inputs and len(free) == 1 and not inputs:
         inputs["input_voltage"] = _written(free[0], "V")
     outputs = {name: text for name in OUTPUTS if (text := _found(model, name, taken))}
+    for name in _BY_UNIT:  # what its unit alone tells
+        if name not in outputs and (text := _by_unit(model, name, taken)):
+            outputs[name] = text
+    outputs = {name: outputs[name] for name in OUTPUTS if name in outputs}
     plant: dict[str, Any] = {
         "fmu": path,
         "inputs": inputs or {"input_voltage": "…"},
@@ -174,8 +178,14 @@ def _proposal(model: Model, path: str) -> str:
         values = [float(f"{each.in_si(each.start) * factor:.4g}") for factor in (1.0, 1.5)]
         grid[f"plant.{each.name}"] = [f"{value / 1e6:g} MPa" for value in values]
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", model.path.stem).strip("-.") or "plant"
-    record = {"duration": "20 s", "step": "0.1 ms"}
-    experiment: dict[str, Any] = {"name": name, "plant": plant, "record": record}
+    default = getattr(model.source.defaultExperiment, "stepSize", None)
+    step = 1e3 * float(default) if default and not model.takes_any_step else 0.1
+    experiment: dict[str, Any] = {
+        "name": name,
+        "plant": plant,
+        "record": {"duration": "20 s", "step": f"{step:g} ms"},
+        "limits": {"time_per_job": "10 min"},
+    }
     if grid:
         experiment["sweep"] = {"grid": grid}
     return yaml.safe_dump(experiment, sort_keys=False, allow_unicode=True, width=100)
@@ -199,6 +209,25 @@ def _found(model: Model, signal: str, taken: set[str]) -> str:
     best = min(candidates, key=lambda each: (each.causality == "local", each.si_unit == "1", len(each.name)))
     taken.add(best.name)
     return _written(best, needed)
+
+
+_BY_UNIT = (
+    "chamber_1_pressure", "chamber_2_pressure", "piston_position", "piston_velocity", "internal_leakage_flow"
+)  # fmt: skip
+
+
+def _by_unit(model: Model, signal: str, taken: set[str]) -> str:
+    """The output that alone has the unit of a signal, of pressures the first of two; empty if none has."""
+    needed = OUTPUTS[signal]
+    free = [
+        each.name
+        for each in model.variables.values()
+        if each.causality == "output" and each.si_unit == needed and each.name not in taken
+    ]
+    if len(free) != 1 and not (len(free) == 2 and signal == "chamber_1_pressure"):
+        return ""
+    taken.add(free[0])
+    return free[0]
 
 
 def _written(variable: Variable, needed: str) -> str:

@@ -31,6 +31,7 @@ from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.report.table import Column, Table, library, plain
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.readable import K_I_UNIT, typeset
+from hydrofdi.simulation import foreign
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
@@ -272,7 +273,8 @@ class Run(Answer):
             ("piston position", "piston_position", "mm"),
         ):
             low, high = (number[f"{name}_{end}"].to(unit) for end in ("min", "max"))
-            yield title, f"{low:.3f} … {high:.3f}", unit
+            if not math.isnan(low):
+                yield title, f"{low:.3f} … {high:.3f}", unit
         if self.spec.parameters.plant.fmu is None:
             yield "hydraulic mode f_h", f"{number[names.MODE_FREQUENCY]:.2f}", "Hz"
             damping = f"{number[names.MODE_DAMPING_RATIO]:.4f}"
@@ -424,6 +426,7 @@ def simulate(
     loaded = load_experiment(experiment, settings)
     if out is not None:
         require_replaceable(path_of(out))
+    foreign.TIME_LIMIT.set(loaded.limits.time_per_job)
     spec = expand_runs(_alone(loaded)).runs[0]
     (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {})
     job = Job.of(spec, run_identity(spec), coefficient, record_identity(spec))

@@ -261,9 +261,17 @@ INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow
 
 
 def data_sheet_of(sections: Mapping[str, Any]) -> dict[str, Any]:
-    """Constant that indicators may need → its value in the sections of a nominal plant that have it."""
+    """Constant that indicators may need → its value in the sections of a nominal plant that have it.
+
+    Beside an FMU, only those that the sections state.
+    """
     places = ((name, *parameter.split(".")) for name, parameter in PLANT_PARAMETERS.items())
-    values = ((name, getattr(sections.get(section), field, None)) for name, section, field in places)
+    is_foreign = getattr(sections.get("plant"), "fmu", None) is not None
+    values = (
+        (name, getattr(sections.get(section), field, None))
+        for name, section, field in places
+        if not is_foreign or field in getattr(sections.get(section), "model_fields_set", ())
+    )
     return {"position_zero": "centre"} | {name: value for name, value in values if value is not None}
 
 

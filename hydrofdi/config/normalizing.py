@@ -94,18 +94,34 @@ def _normalize_plant(source: Source) -> None:
         raise ConfigError(source.mistakes) from None  # nothing else of the plant can be judged
     if model is not None:
         declare(model)
-    varied = {key for key in _keys({**source.data, "plant": {}}) if is_foreign(key)}
-    for name in sorted(varied & PARAMETERS.keys()):
-        if PARAMETERS[name].start is not None:
-            section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
     own = [key for key in section if key not in PlantConfig.model_fields]
     for key in own:
         n_mistake, value = len(source.mistakes), section.pop(key)
         value = parameter_value(source, ("plant", key), f"plant.{key}", value)
         if len(source.mistakes) == n_mistake:  # else validation of the model would report it again
             section[key] = value
+    varied = {key for key in _keys({**source.data, "plant": {}}) if is_foreign(key)}
+    for name in sorted(varied & PARAMETERS.keys()):
+        if PARAMETERS[name].start is not None:
+            section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
+    _keep_own_leak(source, section)
+    own = [key for key in section if key not in PlantConfig.model_fields]
     quantities = ((key, parameter_unit(f"plant.{key}")) for key in own)
     section["units"] = {key: unit for key, unit in quantities if unit}
+
+
+def _keep_own_leak(source: Source, section: dict[str, Any]) -> None:
+    """A leak that the FMU has by itself is that of the experiment, unless it states one."""
+    leakage, stated = section.get("leakage"), source.data.setdefault("leakage", {})
+    name = f"plant.{leakage.get('coefficient')}" if isinstance(leakage, dict) else ""
+    forms = {each.partition(".")[2] for each in INTERNAL_LEAKAGE_FORMS}
+    if (
+        isinstance(stated, dict)
+        and not stated.keys() & forms
+        and name in PARAMETERS
+        and PARAMETERS[name].start
+    ):
+        stated["internal_coefficient"] = PARAMETERS[name].start
 
 
 def _leaves(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -140,6 +156,9 @@ def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
             source.mistakes.append(unknown)
         return value
     with _reported(source, path):
+        other = PARAMETERS[name].other_unit if is_foreign(name) and name in PARAMETERS else ""
+        if other and isinstance(value, int | float) and not isinstance(value, bool):
+            raise ValueError(f"{value:g} has no unit; write '{value:g} {other}', as in the FMU, or one of SI")
         return validate_parameter(name, value)
     return value
 
@@ -168,7 +187,7 @@ def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
         change = parse_quantity(value.replace("−", "-"), "1")
         if not isinstance(nominal, float) or not nominal * change:
             raise ValueError(f"{value} of the nominal {nominal!r} is no change; state the value itself")
-        return parameter_value(source, path, name, nominal * (1.0 + change))
+        return validate_parameter(name, nominal * (1.0 + change))
     return value
 
 

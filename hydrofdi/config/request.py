@@ -207,7 +207,7 @@ class RunParameters(Section):
                 for field in (*type(section).model_fields, *(section.model_extra or {}))
             }
             for name, section in ((name, self.__dict__[name]) for name in type(self).model_fields)
-            if name != "plant" or not section.is_default
+            if not (section.is_default and name in (OWN_PLANT if self.plant.fmu else ("plant",)))
         }
 
     def shown_value(self, name: str) -> Any:
@@ -215,6 +215,12 @@ class RunParameters(Section):
         value = self.value(name)
         return value.stated() if isinstance(value, Section) else without_contents(value)
 
+
+OWN_PLANT = (
+    "actuator", "supply", "fluid", "valve", "friction",
+    "supply_1_edge", "return_1_edge", "supply_2_edge", "return_2_edge",
+)  # fmt: skip
+"""Sections that an FMU replaces; of one, they are constants that indicators may need."""
 
 RECORD_SECTIONS = tuple(sorted(RunParameters.model_fields))
 """The sections that determine a record, in the order of its text."""

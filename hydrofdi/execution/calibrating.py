@@ -10,7 +10,7 @@ from typing import Literal
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.shown_values import shown_values, varied_parameters
 from hydrofdi.engine import Engine, TaskFailure, run_halving
-from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.errors import ConfigError, HydrofdiError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -64,6 +64,8 @@ def leakage_coefficients(
         if result.failure is None:
             for (identity, _), solution in zip(result.item, result.value, strict=True):
                 known[identity], reachable[identity] = solution.coefficient, solution.reachable_flow
+        elif isinstance(result.failure.error, HydrofdiError):
+            raise result.failure.error
         elif lost is None:
             raise RuntimeError(f"a calibration failed: {result.failure.message}") from result.failure.error
         else:

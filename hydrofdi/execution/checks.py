@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_values
-from hydrofdi.config.request import EDGES
+from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.config.sweep import quantiles
 from hydrofdi.detectors.run_lengths import time_needed
 from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.nominal_actuator import sheet_constants
+from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.quality.machine import Distinct, at_speed, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
@@ -117,10 +117,30 @@ def _folding(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
                 yield f"{key}: {frequency:g} Hz is not below {half:g} Hz, half of record.sampling_frequency"
 
 
-def _needed_tools(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    model = experiment.plant.model
-    if model is not None and model.needed_tool:
-        yield f"{model.path.name} needs {model.needed_tool} while it runs (needsExecutionTool)"
+def _doubts_of_fmu(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
+    """What an FMU needs, leaves open, or does not do."""
+    plant = experiment.plant
+    if (model := plant.model) is None:
+        return
+    if model.needed_tool:
+        yield f"{plant.name} needs {model.needed_tool} while it runs (needsExecutionTool)"
+    signals = {**plant.inputs, **plant.outputs}
+    bare = [text for text in signals.values() if text in model.variables and not model.variables[text].unit]
+    if bare:
+        yield f"no unit, taken in SI: {', '.join(bare)}; state others as in '{bare[0]} [bar]'"
+    if idle := [
+        name
+        for name in parameter_names()
+        if name.partition(".")[0] in OWN_PLANT and name not in plant.parameters
+        and experiment.value(name) != RunRequest().value(name)
+    ]:  # fmt: skip
+        yield f"{', '.join(idle)}: of no effect on {plant.name}, but constants of the machine for indicators"
+    for label, each in experiment.indicator_choice.made(experiment.wavelet).items():
+        if names := constants_not_given(each.options):
+            yield (
+                f"{label} assumes the machine of the paper for {', '.join(names)}: state yours under"
+                " actuator, supply, fluid and valve"
+            )
 
 
 def _periods(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -304,7 +324,7 @@ RULES: tuple[Rule, ...] = (
     _bands,
     _intermittent_leaks,
     _folding,
-    _needed_tools,
+    _doubts_of_fmu,
     _periods,
     without_results,
     other_machines,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+import zipfile
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -43,8 +44,8 @@ class Variable:
         Value in SI = `factor` · value + `offset`.
     start, least, most : Any
         In the unit of the FMU; None if it states none.
-    items : tuple of int
-        Values of an enumeration.
+    items : tuple of (str, int)
+        Names and values of an enumeration.
     """
 
     name: str
@@ -62,7 +63,7 @@ class Variable:
     most: float | None = None
     text: str = ""
     is_array: bool = False
-    items: tuple[int, ...] = ()
+    items: tuple[tuple[str, int], ...] = ()
 
     @property
     def value_type(self) -> type:
@@ -140,11 +141,15 @@ class Model:
         return "" if self.platforms else "contains no binary; compile or export it for this platform"
 
     @property
+    def takes_any_step(self) -> bool:
+        """Whether communication steps may vary."""
+        return bool(getattr(self.interface, "canHandleVariableCommunicationStepSize", True))
+
+    @property
     def fixed_step(self) -> float | None:
         """Communication step of which it takes multiples alone [s]; None if it takes any."""
         stated = getattr(self.interface, "fixedInternalStepSize", None)
-        is_free = getattr(self.interface, "canHandleVariableCommunicationStepSize", True)
-        return None if stated is None or is_free else float(stated)
+        return None if stated is None or self.takes_any_step else float(stated)
 
     @property
     def needed_tool(self) -> str:
@@ -188,11 +193,14 @@ def _read(path: Path, digest: str) -> Model:
     except ImportError:
         raise ConfigError(f"{path}: {EXTRA}") from None
     try:
+        with zipfile.ZipFile(path) as archive:
+            if damaged := archive.testzip():
+                raise zipfile.BadZipFile(f"{damaged} is damaged")
         source = fmpy.read_model_description(str(path), validate=False)
         platforms = fmpy.supported_platforms(str(path))
     except Exception as error:  # whatever a damaged archive or XML provokes in the libraries below
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise ConfigError(f"{path}: is no FMU that can be read: {reason}") from None
+        raise ConfigError(f"{path}: is no FMU, or a damaged one: {reason}") from None
     if not source.fmiVersion.startswith(("2.", "3.")):
         raise ConfigError(f"{path}: is of FMI {source.fmiVersion}; export it as FMI 2 or 3")
     units = {unit.name: unit.baseUnit for unit in source.unitDefinitions or ()}
@@ -208,7 +216,7 @@ def _variable(given: Any, units: Mapping[str, Any], *, is_second: bool) -> Varia
     kind = {"Enumeration": "Integer" if is_second else "Int64"}.get(given.type, given.type)
     value: Any = {"Boolean": _boolean}.get(kind, _NUMBERS.get(kind, int))
     least, most = (
-        _number(getattr(given, end) or getattr(stated, end, None)) if kind in ("Real", "Float64") else None
+        _number(getattr(given, end) or getattr(stated, end, None)) if value in (float, int) else None
         for end in ("min", "max")
     )
     is_array = bool(given.dimensions)
@@ -217,7 +225,7 @@ def _variable(given: Any, units: Mapping[str, Any], *, is_second: bool) -> Varia
         given.initial or "", unit, si_unit, factor, offset,
         None if is_array or given.start is None else value(given.start), least, most,
         given.description or "", is_array,
-        tuple(int(item.value) for item in getattr(stated, "items", None) or ()),
+        tuple((item.name, int(item.value)) for item in getattr(stated, "items", None) or ()),
     )  # fmt: skip
 
 

@@ -23,8 +23,11 @@ _LAST_STEPS = 1e-15
 _LARGEST_SURPLUS = 1e-6
 """Largest relative deviation of the leakage from the request; a root with more is rejected."""
 
-_MOST_TRIPLED = 12
-"""Number of K_i, each three times the one before, after which a flow counts as unreachable."""
+_GROWTH, _FOREIGN_GROWTH = 3.0, 1000.0
+"""Largest ratio of a K_i that is tried to those before; of FMUs, whose coefficients have any unit and law."""
+
+_MOST_GROWN = 12
+"""Number of K_i, each by that larger than the one before, after which a flow counts as unreachable."""
 
 _LARGEST_LOGARITHM = 700.0
 """Largest ln K_i that is a number."""
@@ -76,29 +79,31 @@ def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Cali
     return [solutions[k] for k in range(len(conditions))]
 
 
-def _request(condition: RunParameters) -> tuple[float, float]:
-    """The flow of a condition, and the K_i that leaks it at a quarter of the supply pressure."""
+def _request(condition: RunParameters) -> tuple[float, float, float]:
+    """The flow of a condition, the K_i that leaks it at a quarter of the supply pressure, and its growth."""
     target, plant = condition.leakage.internal_flow or 0.0, condition.plant
     if plant.model is not None and plant.leakage.coefficient is not None:
         declared = plant.model.variables[plant.leakage.coefficient]
         # The size of an unknown law of leakage: that of its start value, if the FMU states one.
-        if declared.start:
-            return target, abs(declared.in_si(declared.start))
+        start = abs(declared.in_si(declared.start)) if declared.start else target
+        return target, start, _FOREIGN_GROWTH
     from_valve = no_load_flow(condition)
     # No more than the valve can feed: a larger K_i only equalises the pressures.
     start = min(target, from_valve) if from_valve > 0.0 else target
-    return target, start / math.sqrt(0.25 * condition.supply.pressure)
+    return target, start / math.sqrt(0.25 * condition.supply.pressure), _GROWTH
 
 
-def search_coefficient(target: float, trial: float) -> Generator[float, float, Calibration]:
+def search_coefficient(
+    target: float, trial: float, growth: float = _GROWTH
+) -> Generator[float, float, Calibration]:
     """Trials of K_i, from a first one on, each answered by its mean flow; then the solution.
 
     A flow of NaN counts as too small. Secants of ln flow over ln K_i need few trials, as the flow is nearly
     proportional to K_i; a bracket guards them.
     """
     below, above, most = 0.0, math.inf, 0.0
-    # A secant may go beyond the largest K_i tried, but by a factor of three at most.
-    ceiling, n_tripled, n_trial = 3.0 * trial, 0, 0
+    # A secant may go beyond the largest K_i tried, but not by more than the growth.
+    ceiling, n_grown, n_trial = growth * trial, 0, 0
     points: list[tuple[float, float]] = []
     while math.isinf(above) or above - below > RELATIVE_TOLERANCE * above:
         flow = yield trial
@@ -119,8 +124,8 @@ def search_coefficient(target: float, trial: float) -> Generator[float, float, C
             trial = 0.5 * (below + above) if halves else estimate
         elif is_inside:
             trial = estimate
-        elif (n_tripled := n_tripled + 1) < _MOST_TRIPLED:
-            trial, ceiling = ceiling, 3.0 * ceiling
+        elif (n_grown := n_grown + 1) < _MOST_GROWN:
+            trial, ceiling = ceiling, growth * ceiling
         else:
             break
     return Calibration(math.nan, most)

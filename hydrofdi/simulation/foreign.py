@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -31,6 +32,10 @@ from hydrofdi.simulation.inputs import (
 
 Signals = dict[str, NDArray[np.float64]]
 """Name of a signal → its values at communication points."""
+
+
+TIME_LIMIT: ContextVar[float | None] = ContextVar("wall time of a run on an FMU [s]", default=None)
+"""Wall time that a run outside a sweep may take [s]; a sweep limits its tasks itself."""
 
 
 @dataclass(frozen=True)
@@ -94,12 +99,12 @@ def _results(asked: Sequence[Asked]) -> Iterator[tuple[Signals, Outcome]]:
     engine = _workers()
     results: dict[int, tuple[Signals, Outcome]] = {}
     for each in asked:
-        engine.submit(simulated, each)
+        engine.submit(simulated, each, TIME_LIMIT.get())
     for result in engine.completed():
         if result.failure is None:
             results[id(result.item)] = result.value
-        elif result.failure.status == "killed":
-            results[id(result.item)] = {}, Outcome("killed", result.failure.message)
+        elif result.failure.status in ("killed", "timeout"):
+            results[id(result.item)] = {}, Outcome(result.failure.status, result.failure.message)
         else:
             engine.cancel()
             raise result.failure.error or RuntimeError(result.failure.message)
@@ -111,7 +116,7 @@ def simulated(asked: Asked) -> tuple[Signals, Outcome]:
     run, plant = asked.run, asked.run.plant
     if plant.model is None:
         raise ConfigError(
-            f"{plant.name}: is named by results only; run the experiment file that names the FMU"
+            f"{plant.name}: is named by results only: give its experiment, to 'rerun' with --config"
         )
     instance, variables = instance_of(plant.model.path, plant.digest), plant.model.variables
     given = plant.own | {name: run.value(parameter) for parameter, name in plant.parameters.items()}
@@ -126,7 +131,7 @@ def simulated(asked: Asked) -> tuple[Signals, Outcome]:
         outcome = Outcome("plant_failed", f"{plant.name} at t = {time:g} s: {error}")
     else:
         if not all(np.isfinite(signals[name]).all() for name in plant.outputs):
-            outcome = Outcome("diverged", f"{plant.name} gives values that are not finite")
+            outcome = Outcome("plant_failed", f"{plant.name} gives values that are not finite")
     sampled = slice(None, None, 1 if asked.every_step else run.record.steps_per_sample)
     return {name: values[sampled] for name, values in signals.items()}, outcome
 

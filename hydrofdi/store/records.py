@@ -156,7 +156,9 @@ class StoredRecords:
         if self._study_labels:
             return self._study_labels[row]
         stated = (names.LEAKAGE_LEVEL, names.LEAKAGE_COEFFICIENT, names.BULK_MODULUS)
-        return condition_label(*(float(self.data.columns[name][row]) for name in stated))
+        flow, coefficient, modulus = (float(self.data.columns[name][row]) for name in stated)
+        is_own = self.data.experiment.plant.fmu is None
+        return condition_label(flow, coefficient, modulus if is_own else math.nan)
 
     @cached_property
     def record_ids(self) -> list[str]:

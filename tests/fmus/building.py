@@ -27,6 +27,7 @@ _OTHER_UNITS = {
     "l/min": ("m3/s", 1e-3 / 60.0, 0.0),
     "mm": ("m", 1e-3, 0.0),
     "degC": ("K", 1.0, 273.15),
+    "%": ("1", 1e-2, 0.0),
 }
 """Unit that is not SI → its SI unit, factor and offset."""
 

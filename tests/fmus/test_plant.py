@@ -114,7 +114,7 @@ def failing(fmu, tmp_path, **hazard):
     ("hazard", "status", "told"),
     [
         ("crash", "killed", ""), ("fail", "plant_failed", "the solver of the plant gave up"),
-        ("discard", "plant_failed", "too long"), ("nan", "diverged", "not finite"),
+        ("discard", "plant_failed", "too long"), ("nan", "plant_failed", "not finite"),
     ],
 )  # fmt: skip
 def test_a_run_that_its_fmu_ends_is_a_row_and_the_others_finish(fmu, hazard, status, told, tmp_path):
@@ -165,7 +165,7 @@ def test_what_is_stored_is_not_computed_again_unless_the_fmu_changes(tmp_path):
         ({"oil.bta": "551 MPa"}, "plant.oil.bta", "oil.beta"),
         ({"oil.beta": "551 mm"}, "plant.oil.beta", "mm"),
         ({"load.on": 3.5}, "plant.load.on", "bool"),
-        ({"friction.law": 7}, "plant.friction.law", "1, 2"),
+        ({"friction.law": 7}, "plant.friction.law", "threshold"),
         ({"fmu": "nowhere.fmu"}, "plant.fmu", "No such file"),
     ],
 )
@@ -289,3 +289,59 @@ def test_table_3_follows_from_the_fmu(fmu, tmp_path):
         assert np.abs(own[name].values - other[name].values).max() < 0.05
     name = "internal_leakage_coefficient"
     np.testing.assert_allclose(other[name].values, own[name].values, rtol=1e-6)
+
+
+def test_numbers_and_units_that_could_mean_two_things_are_refused(tmp_path):
+    file = build(tmp_path, Recipe(units=(("oil.beta", "bar"), ("cyl.port_a.p", "bar"))))
+    asked = {"fmu": str(file), "outputs": {"P1": "cyl.port_a.p"}, "inputs": {"u": "u"}}
+    for key, plant, told in (
+        ("plant.outputs", {"outputs": {"P1": "cyl.port_a.p [psi]"}}, "bar"),
+        ("plant.oil.beta", {"oil.beta": 5510}, "5510 bar"),
+        ("plant", {"u": 3.0}, "set by"),
+        ("plant", {"seal.k": 1e-10, "leakage": {"coefficient": "seal.k"}}, "internal_coefficient"),
+    ):
+        with pytest.raises(ConfigError) as refused:
+            hydrofdi.load_experiment({"plant": asked | plant, **SHORT})
+        (mistake,) = refused.value.mistakes
+        assert (mistake.where, told in mistake.message) == (key, True)
+    run = hydrofdi.simulate({"plant": asked | {"oil.beta": "5510 bar"}, **SHORT})
+    assert run.u.max() == 2.0
+
+
+def test_a_drive_in_percent_states_what_one_percent_is(fmu, tmp_path):
+    percent = build(tmp_path, Recipe(units=(("u", "%"),)))
+    with pytest.raises(ConfigError, match=r"\[0\.1 V\]"):
+        hydrofdi.load_experiment(on(percent))
+    stated = hydrofdi.simulate(on(percent, plant={"inputs": {"u": "u [0.01 V]"}}))
+    assert_same_signals(hydrofdi.simulate(on(fmu)), stated)
+
+
+def test_a_leak_of_any_unit_is_found(fmu):
+    leak = on(fmu, leakage={"internal_flow": "0.3 L/min"}, plant={"leakage": {"coefficient": "seal.k"}})
+    plain = hydrofdi.simulate(leak)["internal_leakage_coefficient"]
+    scaled = on(
+        fmu,
+        leakage={"internal_flow": "3e-9 L/min"},
+        plant={"outputs": OUTPUTS | {"internal_leakage": "q_leak"}},
+    )
+    assert hydrofdi.simulate(scaled)["internal_leakage_coefficient"] == pytest.approx(1e-8 * plain, rel=0.05)
+
+
+def test_what_has_no_effect_or_is_assumed_is_said(fmu):
+    asked = on(
+        fmu,
+        supply={"pressure": "100 bar"},
+        indicators=["flow_balance"],
+        plant={"outputs": {"P1": "cyl.port_a.p"}},
+    )
+    warnings = " ".join(hydrofdi.check(asked).warnings)
+    assert "supply.pressure" in warnings
+    assert "machine of the paper" in warnings
+
+
+def test_a_damaged_file_is_told_in_one_line(fmu, tmp_path):
+    content = bytearray(fmu.read_bytes())
+    content[len(content) // 2] ^= 255
+    (tmp_path / "damaged.fmu").write_bytes(content)
+    with pytest.raises(ConfigError, match="damaged"):
+        hydrofdi.inspect(tmp_path / "damaged.fmu")

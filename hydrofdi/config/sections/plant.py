@@ -15,7 +15,7 @@ from hydrofdi.fmi.description import Model, Variable, digest_of, read_model
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.ready import located
-from hydrofdi.units import parse_unit, zero_of
+from hydrofdi.units import parse_quantity, parse_unit, zero_of
 
 INPUTS = {"input_voltage": "V", "reference_position": "m", "load_force": "N"}
 """Signal that drives a plant → its unit."""
@@ -72,7 +72,8 @@ class PlantConfig(Section):
 
     inputs: Mapping[str, str] = Field(default_factory=dict)
     """What drives the plant → variable of the FMU: input_voltage, reference_position (of a controller inside
-    the FMU), load_force. ``'u [mV]'`` states the unit of a variable that has none."""
+    the FMU), load_force. ``'u [mV]'`` states the unit of a variable that has none, ``'u [0.1 V]'`` what 1 of
+    it means, if 10 V are 100 %."""
 
     outputs: Mapping[str, str] = Field(default_factory=dict)
     """Signal → variable of the FMU: chamber_1_pressure, chamber_2_pressure, valve_supply_pressure,
@@ -128,6 +129,11 @@ class PlantConfig(Section):
         if "chamber_1_pressure" not in self.outputs:
             raise ValueError("outputs: name the variable of chamber_1_pressure at least")
         leak = self.leakage.coefficient
+        driven = [plant_variable(model, *each).name for each in self.inputs.items()]
+        for name in self.own:
+            if name in (leak, *driven, *self.parameters.values()):
+                setter = "leakage.internal_coefficient" if name == leak else "inputs or parameters"
+                raise ValueError(f"{name!r} is set by {setter}; state it there alone")
         for name in (*self.parameters.values(), *([leak] if leak else ()), *self.own):
             if not (found := model.variable(name)).is_settable:
                 raise ValueError(f"{name!r} cannot be set, as it is {_kind(found)}")
@@ -193,6 +199,11 @@ def _kind(found: Variable) -> str:
     return " ".join(filter(None, ("an array" if found.is_array else "", found.variability, found.causality)))
 
 
+def _one_of(unit: str) -> str:
+    """What a variable of 1 means: its unit, or a quantity such as ``0.1 V``."""
+    return unit if unit[0].isdigit() else f"1 {unit}"
+
+
 def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
     """The variable that a text names, with its conversion to SI; a ValueError if it is not such a signal."""
     needed = {**INPUTS, **OUTPUTS}[signal]
@@ -202,23 +213,34 @@ def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
         raise ValueError(f"{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}")
     if found.is_array or found.value_type is str:
         raise ValueError(f"{signal}: {found.name!r} is no single number")
-    exponents, factor, offset = parse_unit(found.si_unit).exponents, found.factor, found.offset
     if written:
-        unit = parse_unit(written["unit"])
-        exponents, factor, offset = unit.exponents, float(unit.factor), zero_of(written["unit"])
-    if (written or found.si_unit != "1") and exponents != parse_unit(needed).exponents:
-        own = written["unit"] if written else found.unit
-        raise ValueError(f"{signal} needs {needed}; {found.name!r} is in {own}")
-    return PlantVariable(found.name, factor, offset)
+        if "…" in written["unit"]:
+            raise ValueError(f"{signal}: state the unit of {found.name!r}, such as '{found.name} [{needed}]'")
+        if found.si_unit != "1":
+            raise ValueError(f"{signal}: {found.name!r} is in {found.unit}; leave [{written['unit']}] out")
+        return PlantVariable(
+            found.name, parse_quantity(_one_of(written["unit"]), needed), zero_of(written["unit"])
+        )
+    is_known = found.si_unit != "1" or found.unit not in ("", "1", "-")
+    if is_known and parse_unit(found.si_unit).exponents != parse_unit(needed).exponents:
+        raise ValueError(
+            f"{signal} needs {needed}; {found.name!r} is in {found.unit}: state what 1 {found.unit} means, as"
+            f" in '{found.name} [0.1 {needed}]'"
+        )
+    return PlantVariable(found.name, found.factor, found.offset)
 
 
-class _Declared:
-    """A parameter of an FMU: its quantity, and the value that it has without being stated."""
+class _Declared(NamedTuple):
+    """A parameter of an FMU: its quantity, its value without being stated, the type of its values, items of
+    an enumeration and ends of an integer; and its unit if that is none of SI.
+    """
 
-    def __init__(
-        self, quantity: SI | None, start: Any = None, kind: type = float, items: tuple[int, ...] = ()
-    ) -> None:
-        self.quantity, self.start, self.kind, self.items = quantity, start, kind, items
+    quantity: SI | None
+    start: Any = None
+    kind: type = float
+    items: tuple[tuple[str, int], ...] = ()
+    ends: tuple[float | None, float | None] = (None, None)
+    other_unit: str = ""
 
 
 PARAMETERS: dict[str, _Declared] = {}
@@ -236,9 +258,12 @@ def declare(model: Model) -> None:
     for name, variable in model.variables.items():
         if variable.is_settable:
             start = None if variable.start is None else variable.in_si(variable.start)
+            is_si = (variable.factor, variable.offset) == (1.0, 0.0)
+            ends = (None, None) if variable.value_type is not int else (variable.least, variable.most)
             PARAMETERS[f"plant.{name}"] = _Declared(
-                variable.quantity, start, variable.value_type, variable.items
-            )
+                variable.quantity, start, variable.value_type, variable.items, ends,
+                "" if is_si else variable.unit,
+            )  # fmt: skip
 
 
 def foreign_value(name: str, value: Any) -> Any:
@@ -248,11 +273,17 @@ def foreign_value(name: str, value: Any) -> Any:
         raise ValueError(f"no parameter of the FMU{nearest(name, known)}")
     if declared.quantity is not None:
         return declared.quantity.parse(value)
+    named = dict(declared.items)
+    if named and value not in named.values():
+        if value not in named:
+            raise ValueError(f"expected one of {', '.join(named)}; found {value!r}")
+        value = named[value]
     is_number = isinstance(value, int) and not isinstance(value, bool)
     if not (is_number if declared.kind is int else isinstance(value, declared.kind)):
         raise ValueError(f"expected {declared.kind.__name__}; found {value!r}")
-    if declared.items and value not in declared.items:
-        raise ValueError(f"expected one of {', '.join(map(str, declared.items))}; found {value}")
+    low, high = declared.ends
+    if (low is not None and value < low) or (high is not None and value > high):
+        raise ValueError(f"must be from {low} to {high}; found {value}")
     return value
 
 

@@ -233,6 +233,10 @@ class ChannelRange(Part):
     held: Share = 1.0
     """Largest fraction of samples that repeat the one before; above it a window is stuck."""
 
+    rate: Share = 0.0
+    """Fewest updates in a sampling period; below it a window is stuck. Less than 1 if the channel is held or
+    interpolated."""
+
 
 LIKE = "as of a hole or score", "as of a gap or leaky valve"
 """What the first of two alarms may come from, and the other."""

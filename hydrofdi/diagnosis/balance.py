@@ -19,7 +19,12 @@ N_PLACE = 6
 
 LEAKS = tuple(f"internal_coefficient_{place}" for place in range(N_PLACE))
 
-GAPS = tuple(f"laminar_{place}" for place in range(N_PLACE))
+N_FINE = 18
+"""Number of places on the stroke at which a score may leak."""
+
+SCORES = tuple(f"leak_{place}" for place in range(N_FINE))
+
+GAPS = tuple(f"gap_{place}" for place in range(N_FINE))
 
 _MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "lag", "position_lag")
 
@@ -28,10 +33,14 @@ NAMES = (*LEAKS, *UNKNOWNS[1:], *_MORE)
 leaks of each chamber to the outside, relative gain errors of the pressures, and how much spool and position
 are behind [s]."""
 
-CAUSES = (*NAMES, "position_gain", "feed_1", "feed_2", *GAPS)
+CAUSES = (*NAMES, "position_gain", "bow", "feed_1", "feed_2", *SCORES, *GAPS)
 """The unknowns, and what else a fault may change and is seen through them: relative gain error of the
-position (as an unknown it would explain all motion away), conductances of the clearance of each supply edge
-and of a laminar leak along the stroke."""
+position (as an unknown it would explain all motion away), that of the valve at its largest opening if it
+grows evenly from none, conductances of the clearance of each supply edge, and holes and gaps along the
+stroke, at more places than K_i is an unknown of its own."""
+
+N_CHANGE = len(NAMES) + 2
+"""Number of the causes that are no detail of a listed fault."""
 
 PLACE = {name: place for place, name in enumerate(CAUSES)}
 
@@ -45,7 +54,7 @@ CONTRASTS = np.array([(1, side, chamber * side, chamber) for chamber, side in ED
 
 _OF_PRESSURES = ("supply", "bias_1", "bias_2")
 
-_N_FIT, _FARTHEST = 3, 0.2
+_N_FIT, _FARTHEST = 6, 0.2
 """Number of fits, each about the laps and pressures found before; the farthest of these, over the largest
 spool position and the supply pressure."""
 
@@ -64,18 +73,12 @@ class Fitted(NamedTuple):
 
 class Estimates(NamedTuple):
     """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true causes to
-    these (n_record, N, M), and covariances (n_record, N, N)."""
+    these (n_record, N, M), and expected covariances of the values (n_record, N, N)."""
 
     values: Array
     misfits: Array
     gains: Array
-    covariances: Array
-
-    @property
-    def noise(self) -> Array:
-        """Expected variances (n_record, N) of the values."""
-        own = self.gains[:, :, : len(NAMES)]
-        return np.asarray(np.einsum("rij,rij->ri", self.covariances, own))
+    noise: Array
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,7 @@ class FaultBalance:
             "supply_resistance": 0.01 * supply / self.flow, "gain_by_direction": 0.015,
             "gain_by_feeding": 0.015, "gain_by_chamber": 0.015, "lap_by_feeding": lap,
             "lap_by_chamber": lap, **dict.fromkeys(("laminar", "external_1", "external_2"), flow / at),
-            **dict.fromkeys(("feed_1", "feed_2", *GAPS), flow / at),
+            **dict.fromkeys(("feed_1", "feed_2", *GAPS), flow / at), "bow": 0.05,
             "gain_1": 0.02, "gain_2": 0.02, "position_gain": 0.02, "lag": 2e-3, "position_lag": 2e-3,
         }  # fmt: skip
         if not self.both:
@@ -147,7 +150,9 @@ class FaultBalance:
     def estimate(self, fitted: Fitted, variance: float) -> Estimates:
         """Estimates if the squared error of the equations is `variance` times the stated one."""
         values, misfits, normal, covariances = self._solved(fitted, np.full(len(fitted.counts), variance))
-        return Estimates(values, misfits, covariances @ (normal / variance), covariances)
+        gains = covariances @ (normal / variance)
+        noise = covariances @ np.swapaxes(gains[:, :, : len(NAMES)], 1, 2)
+        return Estimates(values, misfits, gains, 0.5 * (noise + np.swapaxes(noise, 1, 2)))
 
     def _solved(self, fitted: Fitted, variances: Array) -> tuple[Array, Array, Array, Array]:
         """Values and misfits of records, their equations with all causes, and covariances."""
@@ -201,8 +206,9 @@ class FaultBalance:
         weights = weak_weights(half, frequency)
         moments = np.zeros((n_record, len(CAUSES) + 1, len(CAUSES) + 1))
         counts = np.zeros(n_record)
-        leaks = self._along(signed_root(first - second), position)
-        gaps = self._along(first - second, position)
+        drop = first - second
+        leaks = self._along(signed_root(drop), position, N_PLACE)
+        scores = [*self._along(signed_root(drop), position, N_FINE), *self._along(drop, position, N_FINE)]
         speed = np.gradient(position, axis=1) * frequency
 
         def integral(signal: Array, row: int = 0) -> Array:
@@ -235,13 +241,14 @@ class FaultBalance:
             columns = [
                 *(integral(leak) for leak in leaks),
                 *np.moveaxis(regular[:, :, 1:], 2, 0),
-                integral(first - second),
+                integral(drop),
                 *own,
                 integral(gain * root * np.gradient(spool, axis=1) * frequency),
                 area * integral(speed, 1),
                 -area * integral(position, 1),
+                integral(gain * root * spool * np.abs(spool) / self.largest_opening),
                 *(fed[::-1] if chamber else fed),
-                *(integral(gap) for gap in gaps),
+                *(integral(score) for score in scores),
                 targets[:, :, chamber],
             ]
             kept = counting_windows(spool, frequency, options)
@@ -250,10 +257,10 @@ class FaultBalance:
             counts += kept.sum(axis=1)
         return moments, counts
 
-    def _along(self, flow: Array, position: Array) -> list[Array]:
+    def _along(self, flow: Array, position: Array, count: int) -> list[Array]:
         """A flow at places along the stroke: hat functions with sum 1."""
-        place = np.interp(position, self.places, np.arange(N_PLACE))
-        return [flow * np.clip(1.0 - np.abs(place - each), 0.0, 1.0) for each in range(N_PLACE)]
+        at = np.interp(position, self.places, np.linspace(0.0, count - 1.0, N_PLACE))
+        return [flow * np.clip(1.0 - np.abs(at - each), 0.0, 1.0) for each in range(count)]
 
     def _moved(self, spool: Array, laps: Array, chamber: int) -> Array:
         """Spool position less the lap of the edge of a chamber that it opens; zero in between."""

@@ -71,6 +71,8 @@ def forces(balance: FaultBalance, records: RecordBatch) -> Array:
     # A high quantile, as noise sets the maximum.
     slow = _SLOW * max(float(np.quantile(np.abs(speed), 0.99)), 1e-9)
     pushed = options.areas[0] * records[P1] - options.areas[1] * records[P2]
+    # Smoothed like the speed, so that an oscillation looks the same in both.
+    pushed = uniform_filter1d(pushed, n_smooth, axis=1)
     # Without the ends, at which the filter reflects the speed.
     columns = np.stack((np.tanh(speed / slow), speed, position, acceleration), axis=2)[:, n_smooth:-n_smooth]
     pushed = pushed[:, n_smooth:-n_smooth]
@@ -97,8 +99,8 @@ class History:
     """A healthy machine: centre (n_name,) and scatter (n_name, n_name) of a further record's signature.
 
     `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations. Of the healthy records
-    that it rests on, none if on the data sheet: `noise` (N, N), the covariance of estimates that it expects
-    of a record like these; and `seen`, their signatures, gain matrices and covariances.
+    that it rests on, none if on the data sheet: `noise` (N, N), the mean covariance that is expected of their
+    estimates; and `seen`, their signatures, gain matrices and expected covariances.
     """
 
     balance: FaultBalance
@@ -124,11 +126,11 @@ class History:
         """What faults may change: the causes of the balance, and what is compared beside its unknowns."""
         return (*CAUSES, *self.names[len(NAMES) :])
 
-    def scatter_of(self, gain: Array, covariance: Array) -> Array:
-        """Scatter of a record with this gain and covariance: larger where it tells less than those before."""
+    def scatter_of(self, noise: Array) -> Array:
+        """Scatter of a record with this covariance of estimates: larger where it tells less than before."""
         scatter, n_own = self.scatter.copy(), len(NAMES)
         if self.noise is not None:
-            own = _symmetric(covariance @ gain[:, :n_own].T) + _LEAST**2 * np.eye(n_own)
+            own = noise + _LEAST**2 * np.eye(n_own)
             factor = np.linalg.cholesky(self.noise + _LEAST**2 * np.eye(n_own))
             half = np.linalg.solve(factor, np.linalg.solve(factor, own).T)
             # Eigenvalues above one: directions in which it scatters more.
@@ -163,21 +165,19 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     parts = [signatures(balance, batch, variance, own) for batch, own in zip(healthy, fits, strict=True)]
     found = np.concatenate([part[0] for part in parts])
     gains = np.concatenate([part[1].gains for part in parts])
-    covariances = np.concatenate([part[1].covariances for part in parts])
-    return _learned(balance, variance, found, gains, covariances)
+    noises = np.concatenate([part[1].noise for part in parts])
+    return _learned(balance, variance, found, gains, noises)
 
 
-def _learned(
-    balance: FaultBalance, variance: float, found: Array, gains: Array, covariances: Array
-) -> History:
+def _learned(balance: FaultBalance, variance: float, found: Array, gains: Array, noises: Array) -> History:
     """History from the signatures of healthy records (n_record, n_name), their gains and covariances."""
     names = signature_names(balance.options)
     n_record, n_own = len(found), len(NAMES)
     deviations = found - found.mean(axis=0)
     squares = np.sum(deviations**2, axis=0) / (n_record - 1)
-    noise = _symmetric(np.mean(covariances @ np.swapaxes(gains[:, :, :n_own], 1, 2), axis=0))
+    noise = np.mean(noises, axis=0)
     expected = np.diag(squares)
-    gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
+    gain, changes = gains.mean(axis=0), np.diag(_daily(balance, found.mean(axis=0)) ** 2)
     expected[:n_own, :n_own] = noise + gain @ changes @ gain.T
     expected[-1, -1] = max(squares[-1], 0.1**2)
     expected[n_own:-1, n_own:-1] += np.diag(_usual(balance, found.mean(axis=0)[n_own:-1]) ** 2)
@@ -185,9 +185,7 @@ def _learned(
     # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(
-        balance, names, found.mean(axis=0), spread, own, variance, noise, (found, gains, covariances)
-    )
+    return History(balance, names, found.mean(axis=0), spread, own, variance, noise, (found, gains, noises))
 
 
 def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
@@ -198,7 +196,7 @@ def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
     for _ in range(6):
         found = [balance.estimate(each, variance) for each in fits]
         values = np.concatenate([each.values for each in found])
-        noise = np.mean(np.concatenate([each.noise for each in found]), axis=0)
+        noise = np.diag(np.mean(np.concatenate([each.noise for each in found]), axis=0))
         told = noise > 1e-9
         # The median over the unknowns of which the records tell anything.
         share = float(np.median(np.var(values[:, told], axis=0, ddof=1) / noise[told]))
@@ -222,8 +220,7 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
         deviations[PLACE[name]] = 0.005
     gain = estimates.gains.mean(axis=0)
     scatter = np.zeros((len(names), len(names)))
-    noise = np.mean(estimates.covariances @ np.swapaxes(estimates.gains[:, :, :n_own], 1, 2), axis=0)
-    scatter[:n_own, :n_own] = _symmetric(noise)
+    scatter[:n_own, :n_own] = np.mean(estimates.noise, axis=0)
     scatter[:n_own, :n_own] += gain @ np.diag((deviations / balance.scales) ** 2) @ gain.T
     centre = np.zeros(len(names))
     for place in range(n_own, len(names)):
@@ -241,16 +238,15 @@ def _usual(balance: FaultBalance, centre: Array) -> Array:
     if not balance.both:
         return np.array([pressure])
     force = pressure * min(options.areas)
-    return np.array([force, 0.05 * abs(centre[1]), force, 0.05 * abs(centre[3]), pressure])
+    return np.array([force, 0.05 * abs(centre[1]), force, 0.01 * abs(centre[3]), pressure])
 
 
-def _daily(balance: FaultBalance) -> Array:
+def _daily(balance: FaultBalance, centre: Array) -> Array:
     """Usual changes of a healthy machine from record to record, over the scales (N,): oil 6 K warmer or
-    colder, supply, drift of sensors and of the null."""
+    colder, which changes its viscosity by a quarter, supply, drift of sensors and of the null."""
     options, opening = balance.options, balance.largest_opening
     changes = {
         "compressibility": 0.04 / options.bulk_modulus,
-        "clearance": 1e-4 * balance.flow / options.reference_pressure,
         "free_air": 0.002,
         "offset": 2e-3 * opening,
         "lap": 1e-3 * opening,
@@ -260,7 +256,10 @@ def _daily(balance: FaultBalance) -> Array:
         "bias_1": 3e-4 * options.supply_pressure,
         "bias_2": 3e-4 * options.supply_pressure,
     }
-    return np.array([changes.get(name, 0.0) for name in CAUSES]) / balance.scales
+    found = np.array([changes.get(name, 0.0) for name in CAUSES]) / balance.scales
+    for name in ("clearance", "laminar"):
+        found[PLACE[name]] = 0.25 * abs(centre[PLACE[name]])
+    return found
 
 
 def _symmetric(matrix: Array) -> Array:

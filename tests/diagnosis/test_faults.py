@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.diagnosis.evidence import Judge
 from hydrofdi.diagnosis.history import history_of, history_of_sheet, signatures
+from hydrofdi.diagnosis.judging import Judge
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
 from tests.diagnosis.conftest import N_HEALTHY
@@ -141,14 +141,14 @@ def test_a_large_null_shift_is_found_by_moving_the_spool(days, judge):
 def test_a_change_beside_the_direction_of_a_fault_is_allowed_in_part(share, name, healthy, judge):
     history, one = judge.history, healthy.rows([0])
     _, estimates = signatures(history.balance, one, history.variance)
-    gain, covariance = estimates.gains[0], estimates.covariances[0]
+    gain, noise = estimates.gains[0], estimates.noise[0]
     hypothesis = next(each for each in judge.hypotheses if each.name == "seal_orifice")
     own, rest = np.split(20.0 * FLOW * hypothesis.directions[0], [gain.shape[1]])
     moved = np.concatenate((gain @ own, rest))
-    factor = np.linalg.cholesky(history.scatter_of(gain, covariance))
+    factor = np.linalg.cholesky(history.scatter_of(noise))
     white = np.linalg.solve(factor, moved)
     beside = np.random.default_rng(1).normal(size=white.size)
     beside -= (beside @ white) / (white @ white) * white
     beside *= share * np.linalg.norm(white) / np.linalg.norm(beside)
-    first, *_ = judge.judge(history.centre + factor @ (white + beside), gain, covariance)
+    first, *_ = judge.judge(history.centre + factor @ (white + beside), gain, noise)
     assert first.name == name

@@ -18,6 +18,7 @@ from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
 from hydrofdi.physics.equation import equation, settled
 from hydrofdi.simulation.balances import Trajectory
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import SignalByName, steps_per_control
 
 
@@ -423,6 +424,12 @@ class Measurement:
                     samples = sampled(run, shown, trajectory.time)
                 signals[row] = sensor_reading(channel, run, samples, trajectory.time)
         return signals
+
+
+def measured_batch(runs: Sequence[RunParameters], coefficients: Sequence[float]) -> Trajectory:
+    """What the sensors of runs with these leakage coefficients show [SI]."""
+    sensors = Measurement(runs)
+    return sensors.show(simulate_batch(runs, coefficients, tap=sensors))
 
 
 def sampled(run: RunParameters, signal: Signal, time: Signal) -> Signal:

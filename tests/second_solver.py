@@ -10,21 +10,12 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.control import converted, pid_step
+from hydrofdi.physics import control
 from hydrofdi.physics.valve import acting_voltage
+from hydrofdi.simulation import inputs
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import ROWS, leakage_signal, oil_temperatures, outcome_of
-from hydrofdi.simulation.inputs import (
-    Reader,
-    Tap,
-    input_voltage,
-    load_force,
-    position_reference,
-    reading_errors,
-    steps_per_control,
-)
-from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.kernel import spool_rates, valve_opening
+from hydrofdi.simulation.kernels import hydraulics, kernel
 from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, ModelOptions, pack_singles
 
 Solver = Literal["lsoda", "radau"]
@@ -42,7 +33,7 @@ def simulate_with_solver(
     leakage_coefficients: Sequence[float],
     solver: Solver,
     tolerance: float = RELATIVE_TOLERANCE,
-    tap: Tap | None = None,
+    tap: inputs.Tap | None = None,
 ) -> Trajectory:
     """Simulate runs one by one with a solver of SciPy."""
     sampling = runs[0].record
@@ -92,7 +83,7 @@ class _Record:
         single: NDArray[Any],
         solver: Solver,
         tolerance: float,
-        reader: Reader | None,
+        reader: inputs.Reader | None,
         noise: NDArray[np.float64] | None,
     ) -> None:
         record, supply = parameters.record, parameters.supply
@@ -101,16 +92,18 @@ class _Record:
         self._reader, self._fluid = reader, parameters.fluid
         self._options = ModelOptions.of(parameters)
         self._is_closed = parameters.control.is_closed
-        self._steps_per_control = steps_per_control(parameters)
-        self._reading_errors = reading_errors(parameters, steps, noise)
-        self.load = load_force(parameters.load, record, steps)
+        self._steps_per_control = inputs.steps_per_control(parameters)
+        self._reading_errors = inputs.reading_errors(parameters, steps, noise)
+        self.load = inputs.load_force(parameters.load, record, steps)
         self._is_smooth = not self._is_closed and parameters.input.shape in {"sine", "sweep", "multisine"}
         self.reference = np.full(record.n_step, np.nan)
         self.voltage = np.zeros(record.n_step)
         if self._is_closed:
-            self.reference = position_reference(parameters.input, parameters.control.amplitude, record, steps)
+            self.reference = inputs.position_reference(
+                parameters.input, parameters.control.amplitude, record, steps
+            )
         else:
-            self.voltage = input_voltage(parameters.input, record, steps)
+            self.voltage = inputs.input_voltage(parameters.input, record, steps)
         self._width = float(single["hysteresis"][0, 0])
         acting = accumulate(self.voltage.tolist(), self._after_hysteresis, initial=0.0)
         self._acting = np.array(list(acting)[1:])
@@ -150,12 +143,12 @@ class _Record:
         c = self._single[0]
         position = float(self._state[0])
         if self._options.measured_feedback:
-            position = converted(
+            position = control.converted(
                 c["reading_gain"][0] * position + self._reading_errors[step],
                 c["lowest_reading"][0], c["highest_reading"][0], c["reading_resolution"][0],
             )  # fmt: skip
         error = float(self.reference[step] - position)
-        self._voltage, self._integral = pid_step(
+        self._voltage, self._integral = control.pid_step(
             error, self._error, self._integral, c["proportional_gain"][0], c["integral_gain"][0],
             c["derivative_gain"][0], c["sample_time"][0], c["voltage_limit"][0],
         )  # fmt: skip
@@ -232,13 +225,13 @@ def fill_rates(
     """Fill the time derivatives, with the voltage of the instant."""
     c, opened = parameters[0], options.limited_spool
     most, x_v, v_v = c.spool_limit[0], state[_SPOOL], state[_SPOOL + 1]
-    p = lane_parameters(c, 0, time, time, options)
-    x = State(*(state[k] for k in range(_SPOOL)))
-    spool = spool_rates(
+    p = hydraulics.lane_parameters(c, 0, time, time, options)
+    x = hydraulics.State(*(state[k] for k in range(_SPOOL)))
+    spool = kernel.spool_rates(
         x_v, v_v, voltage, c.spool_frequency[0], c.spool_damping_ratio[0], c.spool_gain[0], most,
         c.spool_speed_limit[0], opened,
     )  # fmt: skip
     for k, rate in enumerate(
-        (*hydraulic_rates(x, valve_opening(x_v, most, opened), load, p, options), *spool)
+        (*hydraulics.hydraulic_rates(x, kernel.valve_opening(x_v, most, opened), load, p, options), *spool)
     ):
         rates[k] = rate

@@ -1,6 +1,6 @@
-// Sphinx's scores, but records of decisions come after all pages that answer questions.
+// Sphinx's scores, but the page of decisions comes after all pages that answer questions.
 var Scorer = {
-  score: ([docname, , , , score]) => (docname.startsWith("decisions/") ? score - 100 : score),
+  score: ([docname, , , , score]) => (docname === "decisions" ? score - 100 : score),
   objNameMatch: 11,
   objPartialMatch: 6,
   objPrio: { 0: 15, 1: 5, 2: -5 },

@@ -21,7 +21,6 @@ _PAGES = {
     r"configs/fleet-schema\.json": "reference/samples.md#a-fleet",
     r"configs(/[\w/-]+)?": "reference/configurations/index.md",
     r"configs/(.+)\.yaml": r"reference/configurations/\1.md",
-    r"docs/decisions": "decisions/index.md",
     r"docs/deploy": "monitoring-states.md",
     r"hydrofdi/indicators/catalogue": "reference/indicators.md",
     r"hydrofdi/indicators/(?:catalogue|models)/(\w+)\.py": r"reference/indicators.md#\1",

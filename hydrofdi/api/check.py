@@ -45,14 +45,7 @@ from hydrofdi.report.table import UNSAID, Column, Table, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import (
-    HOLE,
-    K_I_UNIT,
-    number_text,
-    readable_unit,
-    shown_quantity,
-    typeset,
-)
+from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.layout import names
@@ -68,8 +61,8 @@ Mode = dict[str, Any]
 ``leakage_flow_at_reference``, q_il at 8 MPa [m³/s]; ``piston_share``, mean leakage flow over the mean of
 A_1 abs(v_p) [-]; ``frequency`` f_h [Hz] and ``damping_ratio`` ζ [-]; ``level`` whose band holds f_h, 0 above
 d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from the nearest edge of a band;
-``stroke_share``, largest abs(x_p) over half of the stroke, or V/A without one [-]; ``status`` and
-``verdict``."""
+``stroke_share``, largest abs(x_p) over half of the stroke, or V/A without one [-]; ``pressure_range``, ends
+of P_1 [Pa]; ``status`` and ``verdict``. Of an FMU, what follows from the equations of a plant is NaN."""
 
 
 MOST_ROWS = 24
@@ -133,9 +126,10 @@ class Check(Answer):
     def parts(self) -> Iterator[Piece]:
         """Machine, modes, step, record, noise and warnings."""
         figures = ((*FIGURES[name], value) for name, value in self.figures.items())
-        yield from (plausibility_table(self.plausibility), "", Strong("Machine, nominal"))
-        yield "; ".join(f"{title} {shown_quantity(value, unit)}" for unit, title, value in figures)
-        yield ""
+        if self.figures:
+            yield from (plausibility_table(self.plausibility), "", Strong("Machine, nominal"))
+            yield "; ".join(f"{title} {shown_quantity(value, unit)}" for unit, title, value in figures)
+            yield ""
         n_mode = len(self.modes)
         if n_mode <= MOST_ROWS:
             yield from (_modes_table(self), "")
@@ -143,9 +137,11 @@ class Check(Answer):
             n_distinct = n_mode + self.n_left_out
             kinds = f"{n_distinct:,} that differ in more than sensors, of " if n_distinct < self.n_run else ""
             yield f"{n_mode} of {kinds}{counted(self.n_run, 'run')} are simulated; --json lists each"
-        limit = convert(self.step_limits[self.binding], "ms")
-        step = f"step {convert(self.step, 'ms'):g} ms: stable up to {limit:.3g} ms"
-        yield f"{step}, limited by {self.binding}"
+        step = f"step {convert(self.step, 'ms'):g} ms"
+        if self.binding:
+            limit = convert(self.step_limits[self.binding], "ms")
+            step += f": stable up to {limit:.3g} ms, limited by {self.binding}"
+        yield step
         shares = (f"d{level} {100.0 * share:.1f}" for level, share in enumerate(self.boundary_shares, 1))
         periods = f", {counted(self.n_period, 'period')}" if math.isfinite(self.n_period) else ""
         yield f"{counted(self.n_sample, 'sample')}{periods}; coefficients at ends [%]: {', '.join(shares)}"
@@ -197,7 +193,7 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
     for mode in modes:
         if math.isfinite(mode["frequency"]) and math.isfinite(mode["damping_ratio"]):
             limit = lag_limit(2.0 * math.pi * mode["frequency"], mode["damping_ratio"])
-            limits["hydraulic mode"] = min(limit, limits["hydraulic mode"])
+            limits["hydraulic mode"] = min(limit, limits.get("hydraulic mode", math.inf))
     problems = [
         too_long_sentence(part, step, limit, record.sampling_frequency)
         for part, limit in limits.items()
@@ -215,8 +211,8 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
     return Check(
         step=step,
         step_limits=limits,
-        binding=min(limits, key=limits.__getitem__),
-        figures=machine_figures(loaded.nominal_parameters),
+        binding=min(limits, key=limits.__getitem__) if limits else "",
+        figures={} if nominal.plant.fmu else machine_figures(loaded.nominal_parameters),
         modes=modes,
         bands=bands,
         n_sample=record.n_sample,
@@ -302,7 +298,8 @@ def _mode_of_run(
 ) -> Mode:
     actuator = job.parameters.actuator
     mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
-    piston_flow = actuator.piston_area * float(np.mean(np.abs(row["piston_velocity"])))
+    speed = np.mean(np.abs(row.get("piston_velocity", np.nan)))
+    piston_flow = actuator.piston_area * float(speed)
     level, octaves = place_in_bands(frequency, bands)
     return {
         "labels": {name: job.parameters.shown_value(name) for name in labels},
@@ -315,7 +312,8 @@ def _mode_of_run(
         "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),
         "level": level,
         "octaves_to_edge": octaves,
-        "stroke_share": stroke_share(job.parameters, row),
+        "stroke_share": math.nan if job.parameters.plant.fmu else stroke_share(job.parameters, row),
+        "pressure_range": tuple(float(row[f"chamber_1_pressure_{end}"]) for end in ("min", "max")),
         "status": str(row["status"]),
         "verdict": str(row["verdict"]),
     }
@@ -351,6 +349,15 @@ def _modes_table(found: Check) -> Table:
     levels = ["above d1", *(f"d{level}" for level in range(1, n_band + 1)), f"below d{n_band}"]
     bands = [levels[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
     conditions = [*map(shown_values, columns["labels"])]
+    if not found.figures:  # an FMU, whose equations are unknown
+        ends = [[f"{convert(end, 'MPa'):.4g}" for end in each] for each in columns["pressure_range"]]
+        return Table((
+            Column("conditions", conditions, is_text=True),
+            quantity("leakage_coefficient", columns["leakage_coefficient"], "", "coefficient"),
+            quantity("mean_leakage_flow", columns["mean_leakage_flow"], "m^3/s", "leakage"),
+            Column("pressure_range", [*map(" … ".join, ends)], title="P_1 [MPa]", is_text=True),
+            Column("verdict", columns["verdict"], is_text=True),
+        ), title="Runs")  # fmt: skip
     content = (
         modulus_column(columns["bulk_modulus"]),
         quantity("leakage_coefficient", columns["leakage_coefficient"], K_I_UNIT, "K_i"),

@@ -19,6 +19,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.selection import assumed_plants, of_machine
+from hydrofdi.records.copies import Copies, pairs
 from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table
@@ -45,9 +46,10 @@ class Left(Counted):
 
     n_repeated: int = 0
     n_unlabelled: int = 0
-    first_repeat: str = ""
+    repeats: list[str] = field(default_factory=list)
     labels: set[str] = field(default_factory=set)
-    _seen: dict[bytes, RecordMeasures] = field(default_factory=dict)
+    _copies: Copies = field(default_factory=Copies)
+    _firsts: list[RecordMeasures] = field(default_factory=list)
 
     def count(self, records: Iterable[RecordMeasures]) -> Iterator[RecordMeasures]:
         """The records as they come, without those that repeat the samples of another."""
@@ -56,28 +58,34 @@ class Left(Counted):
             if record.has_numbers and self._is_repeat(record):
                 continue
             self.n_unlabelled += not (record.is_rejected or record.label)
-            yield record
+            yield replace(record, sketch=None)
 
     def sentences(self) -> Iterator[str]:
         """Faulty indicators, and records that are left out."""
         yield from super().sentences()
         of = f"of {counted(self.n_record, 'record')}"
         if self.n_repeated:
-            yield f"left out: {self.n_repeated:,} {of} have the samples of another, e.g. {self.first_repeat}"
+            yield f"left out: {self.n_repeated:,} {of} have the samples of another: {pairs(self.repeats)}"
         if self.n_unlabelled:
             yield f"without a label, left out: {self.n_unlabelled:,} {of}"
 
     def _is_repeat(self, record: RecordMeasures) -> bool:
-        first = self._seen.setdefault(record.digest, record)
-        if first is record:
+        if record.sketch is None:
             return False
+        number = self._copies.find(record.sketch)
+        if number is None:
+            self._firsts.append(replace(record, values={}))
+            return False
+        first = self._firsts[number]
         if record.label and first.label and record.label != first.label:
+            if first.sketch is None or record.sketch.digest != first.sketch.digest:
+                return False  # a fault may have been made of a healthy record
             raise ConfigError(
                 f"{first.record_id} ({first.label}) and {record.record_id} ({record.label}) have the same"
                 " samples; one of the labels is wrong"
             )
         self.n_repeated += 1
-        self.first_repeat = self.first_repeat or f"{record.record_id} repeats {first.record_id}"
+        self.repeats.append(f"{record.record_id} repeats {first.record_id}")
         return True
 
 
@@ -263,7 +271,7 @@ def evaluate(
             "label: state the condition of each record, such as label=['healthy', 'leaking', …]"
         )
     chosen = of_machine(chosen, sources)
-    columns, measured = measure_sources(sources, chosen)
+    columns, measured = measure_sources(sources, chosen, sketches=True)
     left = Left()
     labels = [label for source in sources for label in labels_of_healthy(source)]
     labels += names_of("healthy", healthy, "labels of healthy records")

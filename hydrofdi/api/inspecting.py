@@ -13,6 +13,7 @@ import numpy as np
 
 from hydrofdi.api.arguments import Names, Texts, path_of, refusal
 from hydrofdi.api.measuring import Indicators, indicators_of
+from hydrofdi.api.plants import PlantInspection, inspect_plant
 from hydrofdi.api.sources import Described, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.nominal_actuator import constants_not_given
@@ -294,7 +295,7 @@ def inspect(
     unit: Names = None,
     label: Texts = None,
     group: Texts = None,
-) -> Inspection:
+) -> Inspection | PlantInspection:
     """Inspect records: channels, rates, lengths, ranges and defects.
 
     Parameters
@@ -330,6 +331,9 @@ def inspect(
     chamber_1_pressure  bar    50  50.5   51        1
     ...
     """
+    (only, *others) = data if isinstance(data, list) and data else [data]
+    if not others and isinstance(only, str | PathLike) and path_of(only).suffix.lower() == ".fmu":
+        return inspect_plant(path_of(only), write)
     said = Described(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):
         raise refusal("record", "the name of a record", record)

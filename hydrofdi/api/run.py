@@ -87,7 +87,8 @@ class Run(Answer):
             leakage = flow if self.features[names.LEAKAGE_COEFFICIENT] else "sealed"
             modulus = shown_value("fluid.bulk_modulus", self.spec.parameters.fluid.bulk_modulus)
             failed = "" if self.status == "ok" else f", {self.status}"
-            return f"EBM {modulus}, {leakage}{failed}"
+            plant = self.spec.parameters.plant
+            return f"{f'EBM {modulus}' if plant.fmu is None else plant.name}, {leakage}{failed}"
 
     @property
     def run_id(self) -> str:
@@ -261,7 +262,7 @@ class Run(Answer):
         yield "leakage coefficient K_i", f"{number[names.LEAKAGE_COEFFICIENT]:.4g}", typeset(K_I_UNIT)
         yield "mean internal leakage", f"{number[names.MEAN_LEAKAGE_FLOW].to('L/min'):.4g}", "L/min"
         for chamber, name in enumerate(names.EXTERNAL_LEAKAGE_FLOWS, 1):
-            if flow := number[name]:
+            if (flow := number[name]) and not math.isnan(flow):
                 yield f"mean leakage out of chamber {chamber}", f"{flow.to('L/min'):.4g}", "L/min"
         for level, rms in enumerate(columns[names.DETAIL_RMS][0].tolist(), 1):
             yield f"RMS of d{level}", f"{convert(rms, 'kPa'):.3f}", "kPa"
@@ -272,9 +273,10 @@ class Run(Answer):
         ):
             low, high = (number[f"{name}_{end}"].to(unit) for end in ("min", "max"))
             yield title, f"{low:.3f} … {high:.3f}", unit
-        yield "hydraulic mode f_h", f"{number[names.MODE_FREQUENCY]:.2f}", "Hz"
-        damping = f"{number[names.MODE_DAMPING_RATIO]:.4f}"
-        yield "hydraulic damping ζ, in motion", damping, "(linearised, median working point)"
+        if self.spec.parameters.plant.fmu is None:
+            yield "hydraulic mode f_h", f"{number[names.MODE_FREQUENCY]:.2f}", "Hz"
+            damping = f"{number[names.MODE_DAMPING_RATIO]:.4f}"
+            yield "hydraulic damping ζ, in motion", damping, "(linearised, median working point)"
         for name in _RESIDUALS:
             yield name.replace("_", " "), "–" if math.isnan(number[name]) else f"{number[name]:.1e}", ""
 

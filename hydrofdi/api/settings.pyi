@@ -319,6 +319,7 @@ class Settings(TypedDict, total=False):
     spool_sensor: Any
     voltage_sensor: Any
     temperature_sensor: Any
+    plant: Any
     analysis: Any
     wavelet: Any
     name: Any

@@ -12,23 +12,16 @@ from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.runs import Runs, record_identities, spread
+from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
-from hydrofdi.sensing import Measurement
+from hydrofdi.sensing import measured_batch
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 from hydrofdi.simulation.balances import Outcome
-from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.store.records import (
-    SIGNAL_OF_CHANNEL,
-    batch_length,
-    condition_label,
-    distinct_records,
-    drive_period,
-    study_labels,
-)
+from hydrofdi.store import records
 
 _log = logging.getLogger(__name__)
 _SECONDS_BETWEEN_LINES = 5.0
@@ -57,7 +50,7 @@ class SimulatedRecords:
 
     @cached_property
     def _rows(self) -> list[int]:
-        return distinct_records(self.record_ids, [True] * len(self.record_ids), self.only)
+        return records.distinct_records(self.record_ids, [True] * len(self.record_ids), self.only)
 
     @property
     def data_sheet(self) -> dict[str, Any]:
@@ -71,7 +64,7 @@ class SimulatedRecords:
         """
         runs, record_ids, rows = self.runs, self.record_ids, self._rows
         known: dict[str, float] = {}
-        titles = study_labels(self.experiment) if labels else []
+        titles = records.study_labels(self.experiment) if labels else []
         first, start = 0, time.monotonic()
         told = start
         _log.info("%s: simulating %s", self.name, counted(len(rows), "record"))
@@ -113,17 +106,20 @@ def _batch(
     labels: Sequence[str] | None,
 ) -> RecordBatch:
     """Records of runs with the same samples; those that fail are rejected."""
-    sensors = Measurement([run.parameters for run in runs])
     possible = [0.0 if math.isnan(value) else value for value in coefficients]
-    trajectory = simulate_batch(sensors.runs, possible, tap=sensors)
-    shown = sensors.show(trajectory)
+    shown = measured_batch([run.parameters for run in runs], possible)
     outcomes = [
         Outcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
-        for value, outcome in zip(coefficients, trajectory.outcomes, strict=True)
+        for value, outcome in zip(coefficients, shown.outcomes, strict=True)
     ]
     texts = labels or ("",) * len(runs)
     good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
-    wanted = {each: signal for each, signal in SIGNAL_OF_CHANNEL.items() if each in source.channels}
+    absent = absent_signals(runs[0].parameters.plant)
+    wanted = {
+        each: signal
+        for each, signal in records.SIGNAL_OF_CHANNEL.items()
+        if each in source.channels and signal not in absent
+    }
     found = shown.signals(wanted.values())
     return RecordBatch(
         {channel: found[signal][good] for channel, signal in wanted.items() if signal in found},
@@ -144,8 +140,8 @@ def _batch(
 
 def _label(run: RunSpec, coefficient: float) -> str:
     flow = run.parameters.leakage.internal_flow
-    modulus = run.parameters.fluid.bulk_modulus
-    return condition_label(math.nan if flow is None else flow, coefficient, modulus)
+    modulus = run.parameters.fluid.bulk_modulus if run.parameters.plant.fmu is None else math.nan
+    return records.condition_label(math.nan if flow is None else flow, coefficient, modulus)
 
 
 _MOST_SAMPLES_AT_ONCE = 4_000_000
@@ -157,7 +153,7 @@ def _alike(runs: Sequence[RunSpec], rows: Sequence[int]) -> list[RunSpec]:
     lead = runs[rows[0]].parameters
     n_sample = lead.record.n_sample
     least = WIDTH if WIDTH * n_sample <= _MOST_SAMPLES_AT_ONCE else 1
-    length = max(batch_length(n_sample) // WIDTH * WIDTH, least)
+    length = max(records.batch_length(n_sample) // WIDTH * WIDTH, least)
     alike = []
     for run in (runs[row] for row in rows[:length]):
         if (run.parameters.record.time_axis, _period(run.parameters)) != (
@@ -170,4 +166,4 @@ def _alike(runs: Sequence[RunSpec], rows: Sequence[int]) -> list[RunSpec]:
 
 
 def _period(parameters: RunParameters) -> float | None:
-    return drive_period(parameters.input, parameters.load.random_force)
+    return records.drive_period(parameters.input, parameters.load.random_force)

@@ -13,6 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack
 
+from hydrofdi import errors, execution
 from hydrofdi.api.arguments import count_of, path_of
 from hydrofdi.api.plan import WHOLE, Part, SweepPlan, part_of, plan_sweep
 from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
@@ -28,25 +29,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import run_identities
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import (
-    ConfigError,
-    HydrofdiError,
-    StoreError,
-    SweepInterrupted,
-    interruption,
-    is_interruption,
-    stored_so_far,
-)
-from hydrofdi.execution import (
-    Engine,
-    Job,
-    Recorder,
-    engine_named,
-    leakage_coefficients,
-    run_jobs,
-    unsolved_conditions,
-)
-from hydrofdi.execution.engine import TaskFailure
+from hydrofdi.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.messages import counted
@@ -142,18 +125,18 @@ def sweep(
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
         own = WHOLE if part is None else part_of(part)
-        chosen = engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
+        chosen = execution.engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
         with shown_in(loaded.units):
             summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
     if summary.interrupted:
-        raise SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)
+        raise errors.SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)
     return Results(read_results(directory) if own == WHOLE else directory, summary)
 
 
 def run_sweep(
     experiment: ExperimentConfig,
     directory: Path,
-    engine: Engine,
+    engine: execution.Engine,
     watcher: Watching | None = None,
     *,
     retry_failed: bool = False,
@@ -175,7 +158,7 @@ def run_sweep(
     if not plan.missing and (part.suffix or is_current(plan.file, experiment)):
         _clear_away(plan)
         return _summary(plan, 0, start)
-    recorder = Recorder(directory, part.suffix, watcher.advance)
+    recorder = execution.Recorder(directory, part.suffix, watcher.advance)
     try:
         with engine if plan.missing else nullcontext():
             if plan.missing:
@@ -186,7 +169,9 @@ def run_sweep(
             with experiment_lock(directory, watcher.tell, part.suffix):
                 record = environment_record(experiment)
                 _prepare(plan, known, watcher)
-                with interruption(lambda: _finish_early(engine, watcher), [signal.SIGTERM]) as requests:
+                with errors.interruption(
+                    lambda: _finish_early(engine, watcher), [signal.SIGTERM]
+                ) as requests:
                     _run(plan, engine, jobs, lost, watcher, recorder)
                 done = {"ended": now(), "computed": recorder.completed, "costs": recorder.costs}
                 add_provenance(directory, record | done, part.suffix)
@@ -196,11 +181,11 @@ def run_sweep(
                 for label, message in summary.faults.items():
                     recorder.log("faulty indicator", label=label, message=message)
     except (Exception, KeyboardInterrupt) as error:
-        if is_interruption(error):
+        if errors.is_interruption(error):
             stored, planned = _stored(plan)
             completed = recorder.completed
-            raise SweepInterrupted(completed, stored + completed, planned) from None
-        if isinstance(error, StoreError):
+            raise errors.SweepInterrupted(completed, stored + completed, planned) from None
+        if isinstance(error, errors.StoreError):
             _clear_away(plan)
         raise
     return replace(summary, interrupted=bool(requests), lost_workers=engine.lost_workers)
@@ -245,20 +230,21 @@ def _write_file(
 
 
 def _jobs(
-    plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
-) -> tuple[list[Job], list[tuple[Job, TaskFailure]]]:
+    plan: SweepPlan, engine: execution.Engine, known: dict[str, float], watcher: Watching
+) -> tuple[list[execution.Job], list[tuple[execution.Job, TaskFailure]]]:
     """Jobs of the missing runs, and those that failed while K_i was solved."""
     runs, failures = plan.table.runs.at(plan.simulated), dict[int, TaskFailure]()
-    if n_unsolved := unsolved_conditions(runs, known):
+    if n_unsolved := execution.unsolved_conditions(runs, known):
         watcher.begin(COEFFICIENTS, n_unsolved)
     required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
     try:
-        solved = leakage_coefficients(
-            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures
-        )
-    except (KeyboardInterrupt, HydrofdiError) as error:
+        solved = execution.leakage_coefficients(
+            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures,
+            time_per_job=plan.experiment.limits.time_per_job,
+        )  # fmt: skip
+    except (KeyboardInterrupt, errors.HydrofdiError) as error:
         kept = {identity: value for identity, value in known.items() if not math.isnan(value)}
-        if kept and not isinstance(error, ConfigError):
+        if kept and not isinstance(error, errors.ConfigError):
             write_calibrations(plan.directory, kept)
             watcher.tell(f"kept {len(kept):,} solved leakage coefficients for the next time")
         raise
@@ -266,7 +252,7 @@ def _jobs(
     jobs = {}
     for position in plan.missing:  # a stored record brings its own coefficient
         own = plan.run_ids[position], coefficients.get(position, math.nan), plan.record_ids[position]
-        job = Job.of(plan.table.runs[position], *own)
+        job = execution.Job.of(plan.table.runs[position], *own)
         jobs[position] = replace(job, stored=plan.measurable.get(position))
     lost = [(jobs.pop(plan.simulated[k]), failure) for k, failure in failures.items()]
     return list(jobs.values()), lost
@@ -298,22 +284,22 @@ def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watching)
 def _clear_away(plan: SweepPlan) -> None:
     """Remove what ended workers left half written, unless another sweep or part may be at work."""
     if plan.directory.is_dir() and not plan.part.suffix:
-        with suppress(StoreError), experiment_lock(plan.directory, lambda _: None):
+        with suppress(errors.StoreError), experiment_lock(plan.directory, lambda _: None):
             remove_leftovers(plan.directory)
 
 
-def _finish_early(engine: Engine, watcher: Watching) -> None:
+def _finish_early(engine: execution.Engine, watcher: Watching) -> None:
     engine.cancel()
     watcher.tell("finishing the runs in progress and storing them; press Ctrl-C again to stop at once")
 
 
 def _run(
     plan: SweepPlan,
-    engine: Engine,
-    jobs: list[Job],
-    lost: list[tuple[Job, TaskFailure]],
+    engine: execution.Engine,
+    jobs: list[execution.Job],
+    lost: list[tuple[execution.Job, TaskFailure]],
     watcher: Watching,
-    recorder: Recorder,
+    recorder: execution.Recorder,
 ) -> None:
     """Record the jobs that are lost, and run the others."""
     experiment, n_missing = plan.experiment, len(jobs) + len(lost)
@@ -322,11 +308,13 @@ def _run(
     try:
         for failed in lost:
             recorder.failed(*failed)
-        run_jobs(engine, jobs, plan.directory, experiment.store, experiment.limits.time_per_job, recorder)
-    except HydrofdiError as error:
+        execution.run_jobs(
+            engine, jobs, plan.directory, experiment.store, experiment.limits.time_per_job, recorder
+        )
+    except errors.HydrofdiError as error:
         index, failures = read_index(plan.directory, check=False), read_failures(plan.directory)
         so_far = _stored(replace(plan, index=index, failures=failures))
-        raise type(error)(f"{error}; {stored_so_far(*so_far)}") from None
+        raise type(error)(f"{error}; {errors.stored_so_far(*so_far)}") from None
     recorder.log("end", completed=recorder.completed, lost_workers=engine.lost_workers)
 
 

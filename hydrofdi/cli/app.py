@@ -17,22 +17,15 @@ import typer
 from typer.core import TyperGroup
 
 import hydrofdi
+from hydrofdi import errors
 from hydrofdi.cli.options import options_like, with_options
 from hydrofdi.cli.terminal import told_on_standard_error
-from hydrofdi.errors import (
-    HydrofdiError,
-    IndicatorWarning,
-    ShadowedNameWarning,
-    SweepInterrupted,
-    is_interruption,
-    without_credentials,
-)
 from hydrofdi.settings.messages import similar
 
 _MOST_OF_PATH = 60
 """Number of characters that are shown of a name that is too long."""
 
-_TOLD = (IndicatorWarning, ShadowedNameWarning)
+_TOLD = (errors.IndicatorWarning, errors.ShadowedNameWarning)
 """Warnings that are for users."""
 
 DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
@@ -57,9 +50,9 @@ class _Commands(TyperGroup):
         except BrokenPipeError:
             return _unread()
         except (Exception, KeyboardInterrupt) as error:
-            if not is_interruption(error):
+            if not errors.is_interruption(error):
                 raise
-            _complain(str(error) if isinstance(error, SweepInterrupted) else "interrupted")
+            _complain(str(error) if isinstance(error, errors.SweepInterrupted) else "interrupted")
             return INTERRUPTED
 
 
@@ -172,7 +165,7 @@ def main() -> None:
             )
             code = app(arguments, standalone_mode=False) or DONE
         sys.stdout.flush()
-    except HydrofdiError as error:
+    except errors.HydrofdiError as error:
         code = _complain(str(error))
     except typer.TyperException as error:
         message = getattr(error, "format_message", error.__str__)().replace("Value error, ", "")
@@ -181,7 +174,11 @@ def main() -> None:
             known = [name for parameter in context.command.params for name in parameter.opts]
             message = f"No such option: {option}{similar(option, known)}"
         hint = getattr(context, "command_path", "hydrofdi")
-        code = _complain(without_credentials(f"{message} (see '{hint} --help')")) if message else USER_ERROR
+        code = (
+            _complain(errors.without_credentials(f"{message} (see '{hint} --help')"))
+            if message
+            else USER_ERROR
+        )
     except (KeyboardInterrupt, typer.Abort):
         _complain("interrupted")
         code = INTERRUPTED
@@ -201,9 +198,12 @@ def _unread() -> int:
 
 
 def _unexpected(error: Exception) -> int:
-    """Exit code of an unexpected error: a long name and a full disk are the user's; all else is a bug."""
+    """Exit code of an unexpected error: a long name, a full disk, no memory are the user's; else a bug."""
     if isinstance(error, OSError) and error.errno in (errno.ENAMETOOLONG, errno.ENOSPC):
         return _complain(f"{str(error.filename or 'standard output')[:_MOST_OF_PATH]}: {error.strerror}")
+    is_memory = isinstance(error, MemoryError) or "failed to map segment" in str(error)
+    if is_memory or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+        return _complain("there is not enough memory; look at 'ulimit -v' and at other programs")
     traceback.print_exc()
     _complain("this is a bug in hydrofdi; please report it with the lines above")
     return FAULT

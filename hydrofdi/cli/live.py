@@ -55,6 +55,7 @@ def train(
     study; all records if they have no labels. If there are too few, a message says how many are needed.
     Exit code 1 if records are rejected or repeat the samples of another.
     """
+    from hydrofdi.records.copies import pairs
     from hydrofdi.report.answer import Reply
 
     command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
@@ -64,7 +65,7 @@ def train(
     if left.n_rejected:
         told.append(f"rejected: {counted(left.n_rejected, 'record')}; {left.first_rejection}")
     if left.n_repeated:
-        told.append(f"left out as repeats: {counted(left.n_repeated, 'record')}; {left.first_repeat}")
+        told.append(f"left out as repeats: {counted(left.n_repeated, 'record')}; {pairs(left.repeats)}")
     text = f"{out}: {detector.name}\n{detector.summary}"
     return Reply({"out": out, **detector.to_dict()}, [text], told, is_sound=not told)
 
@@ -238,8 +239,7 @@ def replay(
     config: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE",
-            help="YAML file with the connection to the broker, as for 'hydrofdi monitor'.",
+            metavar="FILE", help="YAML file with the connection to the broker, as for 'hydrofdi monitor'."
         ),
     ] = None,
     settings: Settings = None,

@@ -82,11 +82,16 @@ def room_of(function: Callable[..., object]) -> str:
 
 @cache
 def cache_directory(room: str) -> Path | None:
-    """Cache folder of the compiled kernels of a package in its present version.
+    """Cache folder of the compiled kernels of a package in its present version; as `own_cache`."""
+    return own_cache(f"kernel-{_source_hash(room)}")
 
-    None if there is no writable folder that belongs to this user alone; kernels are not kept then.
+
+def own_cache(name: str) -> Path | None:
+    """A folder of the cache; None if there is no writable one that belongs to this user alone.
+
+    Nothing is kept then.
     """
-    folder = _cache_root() / f"kernel-{_source_hash(room)}"
+    folder = _cache_root() / name
     try:
         for made in (*reversed(folder.parents), folder):  # parents=True would ignore the mode
             made.mkdir(mode=0o700, exist_ok=True)

@@ -11,8 +11,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
-from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
+from hydrofdi.config.request import OBSERVATION, RunRequest, parameter_names, parameter_unit
 from hydrofdi.config.sections.machine import FluidConfig
+from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.config.study import DetectionConfig, StudyConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
@@ -400,6 +401,21 @@ class ExperimentConfig(RunRequest):
         return self
 
     @model_validator(mode="after")
+    def _what_varies_acts_on_the_plant(self) -> Self:
+        plant = self.plant
+        if plant.fmu is not None:
+            acting = {"plant", "input", "control", "record", *OBSERVATION}
+            acting |= {"load"} if "load_force" in plant.inputs else set()
+            for name in self.varied_names:
+                is_acting = name.partition(".")[0] in acting or name in INTERNAL_LEAKAGE_FORMS
+                if not is_acting and name not in plant.parameters:
+                    raise ValueError(
+                        f"{name} does not act on {plant.name}: vary a parameter of the FMU, plant.…, or name"
+                        f" the one that it sets: plant.parameters: {{{name}: …}}"
+                    )
+        return self
+
+    @model_validator(mode="after")
     def _a_study_stands_alone(self) -> Self:
         if self.study is None:
             if self.detection != DetectionConfig():
@@ -418,6 +434,8 @@ class ExperimentConfig(RunRequest):
     @property
     def absent_signals(self) -> frozenset[str]:
         """Signals that its runs do not have: the oil temperature, if it is not stated."""
+        if self.plant.fmu is not None:
+            return absent_signals(self.plant)
         is_stated = self.fluid.temperature is not None or "fluid.temperature" in self.varied_names
         return frozenset() if is_stated else frozenset({"oil_temperature"})
 

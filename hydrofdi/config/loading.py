@@ -51,6 +51,9 @@ def anchor_files(data: Any, folder: FilePath) -> None:
     for name, container, key in list(_written(data)):
         if name == "input.file" and "\n" not in container[key]:
             container[key] = str(located(FilePath(container[key]), folder))
+    match data.get("plant"):
+        case {"fmu": str(path)}:
+            data["plant"]["fmu"] = str(located(FilePath(path), folder))
     match data.get("plugins"):
         case str(path):
             data["plugins"] = str(folder / path)
@@ -261,6 +264,10 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
         source.mistakes.append(Issue(f"unknown key{meant(key, known)}", key, origin))
         return ()
     parts = tuple(full.split("."))
+    if "plant" in parts[:-2]:  # a parameter of an FMU, whose name may have dots
+        place = parts.index("plant")
+        named = ".".join(parts[place:])
+        return (*parts[:place], named) if place else ("plant", named.partition(".")[2])
     is_below = parts[0] in ("baseline", "sweep", "ensemble", "study") and len(parts) > 2
     is_within = (
         is_below and parts[-3] in (*PARAMETER_MAPPINGS, "faults") and parts[-2] not in PARAMETER_MAPPINGS

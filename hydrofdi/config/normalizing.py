@@ -14,7 +14,16 @@ from pydantic import ValidationError
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.sections.plant import (
+    PARAMETERS,
+    PlantConfig,
+    declare,
+    is_foreign,
+    named_model,
+    with_digest,
+)
 from hydrofdi.config.sweep import LAWS, argument_values
+from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.yaml_source import Path, Source, scalar
@@ -51,6 +60,7 @@ _SEEDS = [0, 2**31 - 1]
 def normalize(source: Source) -> None:
     """All that a source says of dotted parameters in SI; ``indicators`` has to be normalized before."""
     data = source.data
+    _normalize_plant(source)
     for section in ("baseline", "sweep", "ensemble", "study"):
         if data.get(section) is None:
             data.pop(section, None)
@@ -65,6 +75,46 @@ def normalize(source: Source) -> None:
         _normalize_block(source, (section,), data.get(section))
     if isinstance(study := data.get("study"), dict):
         _normalize_study(source, study)
+
+
+def _normalize_plant(source: Source) -> None:
+    """The FMU made known; its parameters in SI, and what those are without being stated that vary."""
+    section = source.data.get("plant")
+    if not isinstance(section, dict) or not isinstance(section.get("fmu"), str):
+        return
+    for key in [key for key in section if key not in PlantConfig.model_fields]:
+        for inner, value in _leaves(section.pop(key), (str(key),)):
+            source.move(("plant", key, *inner[1:]), ("plant", ".".join(inner)))
+            section[".".join(inner)] = value
+    try:
+        section["fmu"] = with_digest(section["fmu"])
+        model = named_model(section["fmu"])
+    except ConfigError as error:
+        source.report(("plant", "fmu"), str(error))
+        raise ConfigError(source.mistakes) from None  # nothing else of the plant can be judged
+    if model is not None:
+        declare(model)
+    varied = {key for key in _keys({**source.data, "plant": {}}) if is_foreign(key)}
+    for name in sorted(varied & PARAMETERS.keys()):
+        if PARAMETERS[name].start is not None:
+            section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
+    own = [key for key in section if key not in PlantConfig.model_fields]
+    for key in own:
+        n_mistake, value = len(source.mistakes), section.pop(key)
+        value = parameter_value(source, ("plant", key), f"plant.{key}", value)
+        if len(source.mistakes) == n_mistake:  # else validation of the model would report it again
+            section[key] = value
+    quantities = ((key, parameter_unit(f"plant.{key}")) for key in own)
+    section["units"] = {key: unit for key, unit in quantities if unit}
+
+
+def _leaves(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Values of nested mappings, with their keys."""
+    if not isinstance(value, dict):
+        yield path, value
+        return
+    for key, inner in value.items():
+        yield from _leaves(inner, (*path, str(key)))
 
 
 Conversion = Callable[[Source, Path, str, Any], Any]
@@ -125,6 +175,8 @@ def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
 def nominal_value(source: Source, name: str) -> Any:
     """The nominal value of a parameter in SI: the given one, else the default; None if it is invalid."""
     if (given := _given(source, name)) is None:
+        if is_foreign(name):
+            return PARAMETERS[name].start if name in PARAMETERS else None
         section, field = name.split(".")
         return getattr(RunRequest.model_fields[section].default, field)
     with suppress(ValidationError):  # validation of the model reports it
@@ -134,7 +186,7 @@ def nominal_value(source: Source, name: str) -> Any:
 
 def _given(source: Source, name: str) -> Any:
     """The nominal value that a source gives a parameter, valid or not."""
-    section, field = name.split(".")
+    section, _, field = name.partition(".")
     given = source.data.get(section)
     return given.get(field) if isinstance(given, dict) else None
 

@@ -18,6 +18,7 @@ from hydrofdi.config.sections import analysis as checks
 from hydrofdi.config.sections import drive, machine, sensor
 from hydrofdi.config.sections.analysis import AnalysisConfig
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.sections.plant import PARAMETERS, PlantConfig, foreign_value, is_foreign
 from hydrofdi.physics.cylinder import pressure_force
 from hydrofdi.physics.steady_state import rest_pressures
 from hydrofdi.settings.messages import nearest
@@ -74,12 +75,15 @@ class RunParameters(Section):
     """Sensor of the input voltage."""
     temperature_sensor: sensor.TemperatureSensorConfig = sensor.TemperatureSensorConfig()
     """Sensor of the oil temperature; it acts if ``fluid.temperature`` is stated."""
+    plant: PlantConfig = PlantConfig()
+    """An FMU in the place of cylinder, valve and fluid."""
 
     fits: ClassVar[Mapping[tuple[str, ...], Callable[..., None]]] = {
         ("fluid", "supply"): checks.require_fluid_fits,
         ("input", "control", "record"): checks.require_input_fits,
         ("load", "record"): checks.require_load_fits,
         ("measurement", "record"): checks.require_jitter_fits,
+        ("plant", "control", "leakage", "record"): checks.require_plant_fits,
     }
     # sections that have to fit each other, and their check; in what else they hold, they are free
 
@@ -93,7 +97,7 @@ class RunParameters(Section):
         """These parameters with dotted names replaced; either form of internal leakage replaces the other."""
         changed: dict[str, list[tuple[str, Any]]] = {}
         for name, value in values.items():
-            section, field = name.split(".")
+            section, _, field = name.partition(".")
             changed.setdefault(section, []).append((field, value))
         moved = self.with_valid_sections(
             {name: replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
@@ -192,21 +196,23 @@ class RunParameters(Section):
 
     def value(self, name: str) -> Any:
         """The value of a dotted name, e.g. ``"fluid.bulk_modulus"``."""
-        section, field = name.split(".")
-        return getattr(getattr(self, section), field)
+        section, _, field = name.partition(".")
+        return self.plant.own.get(field) if is_foreign(name) else getattr(getattr(self, section), field)
 
     def shown_sections(self) -> dict[str, dict[str, Any]]:
         """All parameters by section, as results show them."""
         return {
             name: {
-                field: self.shown_value(f"{name}.{field}") for field in type(self.__dict__[name]).model_fields
+                field: self.shown_value(f"{name}.{field}")
+                for field in (*type(section).model_fields, *(section.model_extra or {}))
             }
-            for name in type(self).model_fields
+            for name, section in ((name, self.__dict__[name]) for name in type(self).model_fields)
         }
 
     def shown_value(self, name: str) -> Any:
         """The value of a dotted name as results show it: a file by its name, size and digest."""
-        return without_contents(self.value(name))
+        value = self.value(name)
+        return value.stated() if isinstance(value, Section) else without_contents(value)
 
 
 RECORD_SECTIONS = tuple(sorted(RunParameters.model_fields))
@@ -242,7 +248,7 @@ def section_text(name: str, section: Section) -> str:
 def replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Section:
     """A section with fields replaced; either form of the internal leakage replaces the other."""
     new, kind = dict(fields), type(section)
-    values = {name: section.__dict__[name] for name in kind.model_fields}
+    values = {name: section.__dict__[name] for name in kind.model_fields} | (section.model_extra or {})
     if isinstance(section, machine.LeakageConfig) and new.keys() & {"internal_coefficient", "internal_flow"}:
         values |= {"internal_coefficient": None, "internal_flow": None}
     replaced = kind.model_validate(values | new)
@@ -300,11 +306,18 @@ OBSERVATION: dict[str, type[Section]] = SENSING | {
 """Sections that say how signals are measured and analysed, not what happens."""
 
 
+class _Names(tuple[str, ...]):
+    """Dotted names, among which are those of any FMU."""
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or is_foreign(name)
+
+
 @cache
 def parameter_names(kind: type[RunParameters] = RunRequest) -> tuple[str, ...]:
     """The dotted names of all parameters of a run, or of a record alone."""
-    sections = {name: info.annotation for name, info in kind.model_fields.items()}
-    return tuple(
+    sections = {name: info.annotation for name, info in kind.model_fields.items() if name != "plant"}
+    return _Names(
         f"{name}.{field}"
         for name, section in sections.items()
         if isinstance(section, type) and issubclass(section, Section)
@@ -314,6 +327,8 @@ def parameter_names(kind: type[RunParameters] = RunRequest) -> tuple[str, ...]:
 
 def validate_parameter(name: str, value: Any) -> Any:
     """A value for a dotted name, in SI, checked on its own."""
+    if is_foreign(name):
+        return foreign_value(name, value)
     return _adapter(name).validate_python(value)
 
 
@@ -325,6 +340,8 @@ def parameter_unit(name: str) -> str | None:
 
 def parameter_quantity(name: str) -> SI | None:
     """Unit and limits of a dotted name; None if it is not a quantity."""
+    if is_foreign(name):
+        return PARAMETERS[name].quantity if name in PARAMETERS else None
     return field_quantity(_field(name))
 
 

@@ -35,6 +35,7 @@ from hydrofdi.config.request import (
 )
 from hydrofdi.config.sections.csv_input import digest
 from hydrofdi.config.sections.machine import LeakageConfig
+from hydrofdi.config.sections.plant import is_foreign
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_points, study_table
 from hydrofdi.config.sweep import NOMINAL, Points, count_points, distinct_rows, multiplied, sweep_points
@@ -413,7 +414,7 @@ class Expansion:
                 *(own[name] for own in (self._baseline, self._sealed) if name in own),
                 *((None, 0.0) if name in INTERNAL_LEAKAGE_FORMS else ()),
             ])
-            for name in parameter_names()
+            for name in (*parameter_names(), *sorted(filter(is_foreign, names)))
             if name in names
         }  # fmt: skip
         self._places = {name: index for index, name in enumerate(self._numbers)}

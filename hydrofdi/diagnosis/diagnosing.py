@@ -13,9 +13,9 @@ from hydrofdi.diagnosis.history import FEWEST, history_of, history_of_sheet
 from hydrofdi.diagnosis.judging import NAMED, Finding, Judge
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
-from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
+from hydrofdi.records.copies import Copies, pairs, sketch_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import percent
 
@@ -124,11 +124,13 @@ def diagnose(
         for piece in _pieces(batch, length)
         for row in range(piece.n_record)
     ]
-    under_test, past, n_same = {samples_digest(each, 0) for each in pieces}, [], 0
+    under_test, past, same = Copies(), list[RecordBatch](), list[str]()
+    tested = [each.record_ids[0] for each in pieces if under_test.find(sketch_of(each, 0)) is None]
     for piece in (piece for batch in healthy for piece in _pieces(batch, length)):
         rows = [row for row in range(piece.n_record) if not _obstacle(piece.rows([row]), chosen, used)]
-        other = [row for row in rows if samples_digest(piece, row) not in under_test]
-        n_same += len(rows) - len(other)
+        copied = {row: under_test.known(sketch_of(piece, row)) for row in rows}
+        same += [f"{piece.record_ids[row]} is {tested[n]}" for row, n in copied.items() if n is not None]
+        other = [row for row in rows if copied[row] is None]
         if other:
             past.append(piece.rows(other))
     if len(rates := {batch.sampling_frequency for batch in past}) > 1:
@@ -137,8 +139,9 @@ def diagnose(
     n_past, n_day = (sum(each.n_record for each in of) for of in (past, healthy))
     history = past if n_past >= FEWEST else []
     remarks = [*assumed_plants(made)]
-    if n_same:
-        remarks.append(f"left out of the history: {counted(n_same, 'record')} that are under test")
+    if same:
+        n_same = counted(len(same), "record")
+        remarks.append(f"left out of the history: {n_same} that are under test: {pairs(same)}")
     judge = Judge(history_of(history, chosen)) if history else None
     names = [each for piece in history for each in piece.record_ids]
     while judge and judge.history.n_record >= _MANY and (strange := judge.stranger()):

@@ -333,11 +333,7 @@ class PodCurve:
 
 
 def probability_of_detection(
-    severity: ArrayLike,
-    outcomes: ArrayLike,
-    *,
-    false_alarm_rate: float = 0.0,
-    axis: AxisName = "log",
+    severity: ArrayLike, outcomes: ArrayLike, *, false_alarm_rate: float = 0.0, axis: AxisName = "log"
 ) -> PodCurve:
     """Fit a curve of the probability of detection by maximum likelihood.
 

@@ -1,5 +1,6 @@
 """Where and how jobs are run."""
 
+from hydrofdi.engine import Engine, InProcessEngine, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
 from hydrofdi.execution.compute import (
@@ -11,7 +12,6 @@ from hydrofdi.execution.compute import (
     run_jobs,
     split_jobs,
 )
-from hydrofdi.execution.engine import Engine, InProcessEngine, LocalPoolEngine, available_cores
 from hydrofdi.settings.messages import nearest
 
 __all__ = [

@@ -9,12 +9,15 @@ from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.shown_values import shown_values, varied_parameters
+from hydrofdi.engine import Engine, TaskFailure, run_halving
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.execution.engine import Engine, TaskFailure, run_halving
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.units import convert
+
+MOST_TRIALS = 30
+"""Runs that a solution of K_i may take."""
 
 _MOST_CONDITIONS = 8 * WIDTH
 _SHOWN_MISTAKES = 10
@@ -28,6 +31,7 @@ def leakage_coefficients(
     required: Literal["all", "any", "none"] = "all",
     on_solved: Callable[[int], None] = lambda _: None,
     lost: dict[int, TaskFailure] | None = None,
+    time_per_job: float | None = None,
 ) -> list[float]:
     """K_i of each run [m^3.5/kg^0.5]: as given, or solved from the leakage flow.
 
@@ -41,6 +45,8 @@ def leakage_coefficients(
         Is told how many more are solved.
     lost : dict, optional
         Receives the position of each run whose K_i is NaN because its solution failed, and why.
+    time_per_job : float, optional
+        Wall time of one run [s]; a solution may take that of `MOST_TRIALS`.
     """
     identities_of_runs, conditions = _conditions(runs)
     unsolved = [each for each in conditions.items() if each[0] not in known]
@@ -50,7 +56,11 @@ def leakage_coefficients(
     groups = [tuple(unsolved[first : first + size]) for first in range(0, len(unsolved), size)]
     reachable: dict[str, float] = {}
     failures: dict[str, TaskFailure] = {}
-    for result in run_halving(engine, _solve, groups, _halves):
+
+    def time_limit(group: _Group) -> float | None:
+        return None if time_per_job is None else MOST_TRIALS * time_per_job * len(group)
+
+    for result in run_halving(engine, _solve, groups, _halves, time_limit):
         if result.failure is None:
             for (identity, _), solution in zip(result.item, result.value, strict=True):
                 known[identity], reachable[identity] = solution.coefficient, solution.reachable_flow

@@ -81,7 +81,7 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
     for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
-        frequency = natural_frequency(run)
+        frequency = natural_frequency(run) if run.plant.fmu is None else math.nan
         bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
         if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
@@ -115,6 +115,12 @@ def _folding(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
         for key, frequency in fastest.items():
             if frequency >= half:
                 yield f"{key}: {frequency:g} Hz is not below {half:g} Hz, half of record.sampling_frequency"
+
+
+def _needed_tools(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
+    model = experiment.plant.model
+    if model is not None and model.needed_tool:
+        yield f"{model.path.name} needs {model.needed_tool} while it runs (needsExecutionTool)"
 
 
 def _periods(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -298,17 +304,12 @@ RULES: tuple[Rule, ...] = (
     _bands,
     _intermittent_leaks,
     _folding,
+    _needed_tools,
     _periods,
     without_results,
     other_machines,
 )
-STUDY_RULES: tuple[Rule, ...] = (
-    _too_few_records,
-    _shifts_inside,
-    _free_supply_sensors,
-    _onsets,
-    _extra,
-)
+STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _shifts_inside, _free_supply_sensors, _onsets, _extra)
 """Rules that hold for every experiment, and those for studies of detection."""
 
 
@@ -424,10 +425,7 @@ QUANTITIES = (
 
 
 def plausibility(
-    unusual: Iterable[Unusual],
-    distinct: Distinct,
-    runs: Sequence[RunParameters],
-    rows: Sequence[Row],
+    unusual: Iterable[Unusual], distinct: Distinct, runs: Sequence[RunParameters], rows: Sequence[Row]
 ) -> list[dict[str, Any]]:
     """Unusual parameters, and the range of each quantity, with their usual range.
 
@@ -438,7 +436,7 @@ def plausibility(
         _row(each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
         for each in unusual
     ]
-    for quantity in QUANTITIES:
+    for quantity in QUANTITIES if runs[0].plant.fmu is None else ():
         seen: Iterable[tuple[RunParameters, Row]] = zip(runs, rows, strict=True)
         if quantity.sections:
             seen = ((run, {}) for run in distinct(*quantity.sections))

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.experiment import DEFAULT_ANALYSIS, DWT, Analysis, Indicators, StoreConfig
+from hydrofdi.config.sections.plant import absent_signals
+from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, run_halving
 from hydrofdi.errors import HydrofdiError, Issue
 from hydrofdi.execution.calibrating import unreachable_sentence
-from hydrofdi.execution.engine import Engine, InProcessEngine, TaskFailure, run_halving
 from hydrofdi.indicators.measuring import Measures, Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.doubts import Simulated, assess_runs
@@ -327,7 +328,7 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
         names.MESSAGE: np.array([outcome.message for outcome in trajectory.outcomes], dtype=object),
         names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
         names.TIME: trajectory.time,
-        **measured.signals(names.SIGNALS),
+        **measured.signals(name for name in names.SIGNALS if name not in absent_signals(parameters[0].plant)),
         **numbers,
         **verdicts,
     }
@@ -345,18 +346,23 @@ def _outcomes(jobs: Sequence[Job], trajectory: Trajectory) -> tuple[Outcome, ...
 def _plant_numbers(
     parameters: Sequence[RunParameters], trajectory: Trajectory
 ) -> dict[str, NDArray[np.float64]]:
-    """What is known of the plant itself, over the whole record."""
-    modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
-    external = mean_external_leakage_flows(parameters, trajectory)
-    residuals = balance_residuals(parameters, trajectory)
-    numbers = {
-        **dict(zip(names.EXTERNAL_LEAKAGE_FLOWS, external, strict=True)),
-        names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow,
-        "volume_residual": residuals.volume,
-        "energy_residual": residuals.energy,
-        names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
-        names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),
-    }
+    """What is known of the plant itself, over the whole record; of an FMU its equations are unknown."""
+    numbers = {names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow}
+    if parameters[0].plant.fmu is None:
+        modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
+        external = mean_external_leakage_flows(parameters, trajectory)
+        residuals = balance_residuals(parameters, trajectory)
+        numbers |= {
+            **dict(zip(names.EXTERNAL_LEAKAGE_FLOWS, external, strict=True)),
+            "volume_residual": residuals.volume,
+            "energy_residual": residuals.energy,
+            names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
+            names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),
+        }
+    else:
+        unknown = [*names.EXTERNAL_LEAKAGE_FLOWS, "volume_residual", "energy_residual"]
+        unknown += [names.MODE_FREQUENCY, names.MODE_DAMPING_RATIO]
+        numbers |= {name: np.full(len(parameters), np.nan) for name in unknown}
     for variable in names.EXTREMES:
         signal, _, kind = variable.name.rpartition("_")
         values = getattr(trajectory, signal)
@@ -383,6 +389,8 @@ def split_jobs(jobs: Sequence[Job], workers: int, *, keeps_signals: bool = True)
     for group in _compatible_groups(jobs):
         most = _most_jobs(group[0].parameters.record.n_sample, most_samples)
         size = _batch_size(len(group), most, workers)
+        if group[0].parameters.plant.fmu is not None:  # no lanes: short tasks lose little
+            size = max(1, -(-len(group) // (workers * _BATCHES_PER_WORKER)))
         batches.extend(tuple(group[first : first + size]) for first in range(0, len(group), size))
     return batches
 
@@ -401,8 +409,8 @@ def _by_record(jobs: Sequence[Job]) -> list[Job]:
 def batch_shape(job: Job) -> Hashable:
     """What jobs must share so that one task can compute them and one shard can contain them."""
     wavelet = job.analysis.wavelet
-    time_axis = job.parameters.record.time_axis
-    return time_axis, wavelet.levels, wavelet.phase == "all", job.stored is None
+    time_axis, plant = job.parameters.record.time_axis, job.parameters.plant.digest
+    return plant, time_axis, wavelet.levels, wavelet.phase == "all", job.stored is None
 
 
 def _most_jobs(n_sample: int, most_samples: int) -> int:
@@ -477,7 +485,8 @@ def run_jobs(
     """
 
     def time_limit(batch: Batch) -> float | None:
-        return None if time_per_job is None else time_per_job * -(-len(batch.jobs) // WIDTH)
+        at_once = WIDTH if batch.jobs[0].parameters.plant.fmu is None else 1
+        return None if time_per_job is None else time_per_job * -(-len(batch.jobs) // at_once)
 
     split = split_jobs(jobs, engine.workers, keeps_signals=store.signals != "none")
     batches = [Batch(batch, directory, store) for batch in split]

@@ -13,9 +13,9 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Self
 
+from hydrofdi.engine import Engine, TaskFailure, TaskResult, raised
 from hydrofdi.errors import ConfigError, HydrofdiError
 from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
-from hydrofdi.execution.engine import Engine, TaskFailure, TaskResult, raised
 from hydrofdi.store.shards import store_shard_bytes
 
 PATIENCE = "10s"

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.estimation import weak_rls
+from hydrofdi.indicators.estimation import flow_by_place, weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
     UNKNOWNS,
@@ -140,13 +140,10 @@ def follow_equations(
 ) -> Array:  # fmt: skip
     """Estimates (n_record, n_memory, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
     found = np.full((records.n_record, decays.size, due.size, weak_rls.N_ESTIMATE), np.nan)
-    known = weak_rls.Assumptions(
-        options.deviations(records), options.error, options.reference_pressure,
-        options.half_window / records.sampling_frequency, options.bulk_modulus,
-    )  # fmt: skip
     weak_rls.follow_windows(
-        columns, targets, counts, due, priors, known, decays, state, weak_rls.new_scratch(), found
-    )
+        columns, targets, counts, due, priors, options.assumptions(records), decays, state,
+        weak_rls.new_scratch(), found,
+    )  # fmt: skip
     return found
 
 
@@ -203,6 +200,13 @@ class WindowOptions(UncertainActuator):
         known = self.prior_deviations(records, self.n_pressure)
         known["internal_coefficient"] = self.leakage_deviation / math.sqrt(self.reference_pressure)
         return np.array([known.get(name, 0.0) for name in UNKNOWNS])
+
+    def assumptions(self, records: RecordBatch) -> weak_rls.Assumptions:
+        """What is known before the first window."""
+        return weak_rls.Assumptions(
+            self.deviations(records), self.error, self.reference_pressure,
+            self.half_window / records.sampling_frequency, self.bulk_modulus,
+        )  # fmt: skip
 
     def lack_of_windows(self, records: RecordBatch) -> str | None:
         """Message if records are too short for a balance, else None."""
@@ -382,6 +386,13 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
             of_forces = _FORCES * np.sum(flow, axis=1) / np.maximum(np.sum(counts, axis=1), 1.0)
             of_forces *= records.sampling_frequency / options.half_window
             _add_error(found, of_forces, math.sqrt(options.reference_pressure))
+        elif not options.robust:
+            (first, second), priors = balance.pressures, np.zeros((records.n_record, N_UNKNOWN))
+            flows = flow_by_place.mean_flows(
+                (columns, targets, counts), priors, options.assumptions(records), balance.position,
+                first - second, options.half_window, records.sampling_frequency,
+            )  # fmt: skip
+            found[:, (weak_rls.MEAN, weak_rls.MEAN_ERROR)] = np.stack(flows, axis=1)
         values = named_estimates(options, found[:, None], supply, deviations)
         # A model that does not explain the record does not determine the leakage either: the misfit says so.
         is_prior = (found[:, weak_rls.UNDETERMINED] > MOST_PRIOR) & (values["misfit"][:, 0] < _FITS)

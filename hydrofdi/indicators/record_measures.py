@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from math import prod
 
@@ -15,6 +14,8 @@ from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.indicators.measuring import Indicators, Measures, measure, output_unit
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
+from hydrofdi.records.copies import Sketch, sketch_of
+from hydrofdi.records.source import MeasuredSource
 
 
 @dataclass(frozen=True)
@@ -66,8 +67,8 @@ class RecordMeasures:
         Whether the record was rejected, so that nothing could be measured.
     faults : mapping of str to str
         Label of an indicator that failed → its error; this is also its reason.
-    digest : bytes
-        Digest of the samples: equal for records with equal samples. Empty if the record is rejected.
+    sketch : Sketch or None
+        What tells copies, if asked for.
     doubts : tuple of Issue
         Estimates that are physically impossible, and models that do not explain the record.
     """
@@ -81,7 +82,7 @@ class RecordMeasures:
     reasons: dict[str, str]
     is_rejected: bool = False
     faults: Mapping[str, str] = field(default_factory=dict)
-    digest: bytes = b""
+    sketch: Sketch | None = None
     doubts: tuple[Issue, ...] = ()
 
     @property
@@ -98,9 +99,10 @@ def used_channels(indicators: Indicators) -> frozenset[Channel]:
 
 
 def measure_sources(
-    sources: Sequence[RecordSource], indicators: Indicators
+    sources: Sequence[RecordSource], indicators: Indicators, *, sketches: bool = False
 ) -> tuple[tuple[MeasuredOutput, ...], Iterator[RecordMeasures]]:
-    """Columns, and an iterator over the records of all sources; one batch is in memory at a time."""
+    """Columns, and an iterator over the records of all sources, on request with what tells copies; one batch
+    is in memory at a time."""
     batches = ((source, batch) for source in sources for batch in source.batches(labels=True))
     leading = []
     for source, batch in batches:
@@ -108,7 +110,7 @@ def measure_sources(
         if batch.n_record:
             break
     columns = _columns(indicators, leading[-1][1] if leading else RecordBatch({}, 1.0, ()))
-    return columns, _measured(chain(leading, batches), indicators, columns)
+    return columns, _measured(chain(leading, batches), indicators, columns, sketches)
 
 
 def _columns(indicators: Indicators, records: RecordBatch) -> tuple[MeasuredOutput, ...]:
@@ -125,6 +127,7 @@ def _measured(
     batches: Iterator[tuple[RecordSource, RecordBatch]],
     indicators: Indicators,
     columns: Sequence[MeasuredOutput],
+    sketches: bool,
 ) -> Iterator[RecordMeasures]:
     used = used_channels(indicators)
     for source, batch in batches:
@@ -135,7 +138,9 @@ def _measured(
         ]
         for row in range(batch.n_record):
             own = tuple(chain.from_iterable(of_indicator[row] for of_indicator in doubts if of_indicator))
-            yield _record(batch, measures, row, used, own)
+            record = _record(batch, measures, row, used, own)
+            is_near = isinstance(source, MeasuredSource)
+            yield replace(record, sketch=sketch_of(batch, row, is_near=is_near)) if sketches else record
         yield from _rejected(batch, columns)
 
 
@@ -166,18 +171,8 @@ def _record(
         values,
         {label: reason for label, rows in measures.obstacles.items() if (reason := rows[row]) is not None},
         faults=measures.faults,
-        digest=samples_digest(batch, row),
         doubts=doubts,
     )
-
-
-def samples_digest(batch: RecordBatch, row: int) -> bytes:
-    """Digest of a record: equal for records with equal samples of the same channels."""
-    digest = hashlib.blake2b(digest_size=16)
-    for channel in sorted(batch.channels):
-        digest.update(channel.encode())
-        digest.update(batch[channel][row].tobytes())
-    return digest.digest()
 
 
 def _rejected(batch: RecordBatch, columns: Sequence[MeasuredOutput]) -> Iterator[RecordMeasures]:

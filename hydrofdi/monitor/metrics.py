@@ -8,7 +8,8 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from ipaddress import ip_address
-from threading import Thread, Timer
+from socketserver import ThreadingMixIn
+from threading import BoundedSemaphore, Thread, Timer
 from typing import Any, TypeVar, cast
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 
@@ -17,15 +18,15 @@ from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, mak
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
 from hydrofdi.errors import ConfigError
+from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.streams import Chunk, Event, EventKind
-from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__
 
 Metric = TypeVar("Metric", Counter, Gauge, Info, Enum)
 
-_PATIENCE = 1.0
-"""Longest time that a client gets, while up to five others wait [s]; a usual scrape waits for 10 s."""
+_PATIENCE, _AT_ONCE = 1.0, 8
+"""Longest time that a client gets [s], and how many are served at once; a usual scrape waits for 10 s."""
 
 
 class MetricsServer:
@@ -179,13 +180,27 @@ class MetricsSink:
         return gauge
 
 
-class _Server(WSGIServer):
-    """Answers one client after the other: those that send nothing take no threads."""
+class _Server(ThreadingMixIn, WSGIServer):
+    """Answers a few clients at once, so that those that send nothing delay no others."""
+
+    daemon_threads = True
 
     def __init__(self, family: int, address: tuple[str, int], application: Any) -> None:
-        self.address_family = family
+        self.address_family, self._places = family, BoundedSemaphore(_AT_ONCE)
         super().__init__(address, _Handler)
         self.set_app(application)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer in a thread, as soon as there are few enough."""
+        self._places.acquire()
+        super().process_request(request, client_address)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer, and make place for the next."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._places.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing of clients that break off."""

@@ -15,10 +15,11 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import joined, malformed
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.columns import ReadColumn, Titled, columns_of, split_title
+from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.description import is_counts
 from hydrofdi.records.rows import runs
 from hydrofdi.records.streams import Chunk
-from hydrofdi.records.times import time_column, unix_seconds
+from hydrofdi.records.times import time_column
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity
 
@@ -92,11 +93,16 @@ class Lines:
         return malformed("line", line.strip("\r "), reason)
 
 
+Columns = tuple[ReadColumn | None, dict[Channel, ReadColumn]]
+"""Those of time and of channels."""
+
+
 class PayloadReader(Lines):
     """JSON → samples in SI."""
 
-    _known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
-    _columns: tuple[ReadColumn | None, dict[Channel, ReadColumn]] = None, {}
+    def __init__(self, *args: Any, **more: Any) -> None:
+        super().__init__(*args, **more)
+        self._known: dict[tuple[tuple[str, ...], tuple[int, ...]], Columns] = {}
 
     def read(self, payload: bytes) -> Chunk:
         """The samples of a payload: one JSON object, or one on each line."""
@@ -173,26 +179,29 @@ class PayloadReader(Lines):
             raise PayloadError(f"has {stamps} for {counted(n_time, 'sample')}, and no '{_FREQUENCY}'")
         return times
 
-    def _columns_of(self, found: Mapping[str, Any]) -> tuple[ReadColumn | None, dict[Channel, ReadColumn]]:
-        """The columns that keys mean; those of the last object are cached."""
+    def _columns_of(self, found: Mapping[str, Any]) -> Columns:
+        """The columns that keys mean; those of the last objects are cached."""
         keys = tuple(found)
         dated = tuple(place for place, value in enumerate(found.values()) if _is_text(value))
-        if (keys, dated) != self._known:
-            if len(keys) > _MOST_KEYS:
-                raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
-            names, configured = {*keys, *(split_title(key)[0] for key in keys)}, self.config.channels
-            present = {channel: each for channel, each in configured.items() if each.column in names}
-            if configured and not present:
-                wanted = ", ".join(each.column for each in configured.values())
-                raise PayloadError(f"has none of the keys {wanted[:100]}")
-            header = Titled("JSON", keys, dated)
-            config = self.config.model_copy(update={"channels": present})
-            try:
-                self._columns = stream_columns(header, config, self.needed, has_clock=self.clock is not None)
-            except DataError as error:
-                raise PayloadError(str(error).removeprefix("JSON: ")) from None
-            self._known = keys, dated
-        return self._columns
+        if known := self._known.get((keys, dated)):
+            return known
+        if len(keys) > _MOST_KEYS:
+            raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
+        names, configured = {*keys, *(split_title(key)[0] for key in keys)}, self.config.channels
+        present = {channel: each for channel, each in configured.items() if each.column in names}
+        if configured and not present:
+            wanted = ", ".join(each.column for each in configured.values())
+            raise PayloadError(f"has none of the keys {wanted[:100]}")
+        header = Titled("JSON", keys, dated)
+        config = self.config.model_copy(update={"channels": present})
+        try:
+            columns = stream_columns(header, config, self.needed, has_clock=self.clock is not None)
+        except DataError as error:
+            raise PayloadError(str(error).removeprefix("JSON: ")) from None
+        if len(self._known) == _MOST_KEYS:
+            self._known.clear()
+        self._known[keys, dated] = columns
+        return columns
 
     def _times(self, column: ReadColumn, value: Any) -> Array:
         """Instants [s] from numbers or dates, shape (n_time,)."""

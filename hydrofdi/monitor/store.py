@@ -18,7 +18,7 @@ from hydrofdi.records.streams import State
 from hydrofdi.store.files import reason, require_regular
 from hydrofdi.store.folder import file_lock
 
-VERSION = 6
+VERSION = 7
 """Raise it when arrays of the state get another name or meaning."""
 
 WHOLE = "1/1"

@@ -24,7 +24,9 @@ def make_report(data: ExperimentData) -> ComposedReport:
     if experiment.study is not None:
         from hydrofdi.report.detection.report import report_study
 
-        return report_study(data, partial(nominal_signals, data))
+        # results never run the FMU that they name
+        is_own = data.experiment.plant.fmu is None
+        return report_study(data, partial(nominal_signals, data) if is_own else None)
     if experiment.paper:
         from hydrofdi.papers.maddahi2015.report import StudyReport
 
@@ -34,10 +36,7 @@ def make_report(data: ExperimentData) -> ComposedReport:
 
 def nominal_signals(data: ExperimentData, coefficients: Sequence[float]) -> Columns:
     """What the sensors of the nominal actuator of an experiment show, a row for each leakage coefficient."""
-    from hydrofdi.sensing import Measurement
-    from hydrofdi.simulation.batch import simulate_batch
+    from hydrofdi.sensing import measured_batch
 
     runs = [data.experiment.nominal_parameters.parameters] * len(coefficients)
-    sensors = Measurement(runs)
-    measured = sensors.show(simulate_batch(runs, list(coefficients), tap=sensors))
-    return measured.signals((names.TIME, *names.SIGNALS))
+    return measured_batch(runs, list(coefficients)).signals((names.TIME, *names.SIGNALS))

@@ -226,8 +226,9 @@ REMEDIES = {
         " actuator.end_stops: elastic"
     ),
     "unreachable_leakage": "lower leakage.internal_flow; 'hydrofdi calibrate' shows what a flow takes",
+    "plant_failed": "the parameters are outside what the FMU can do; 'hydrofdi why' shows what it told",
     "timeout": f"raise limits.time_per_job, or shorten record.duration; {_RETRY}",
-    "killed": f"take fewer workers if memory ran out; {_RETRY}",
+    "killed": f"take fewer workers if memory ran out; an FMU may have crashed; {_RETRY}",
     "error": f"'hydrofdi why' shows the traceback; {_RETRY}",
 }
 """Status of a run that failed → what to do about it, without a full stop, with the keys to set."""

@@ -168,10 +168,11 @@ def step_limits(distinct: Distinct) -> dict[str, float]:
 
 
 def _limits(distinct: Distinct, *more: str) -> Iterator[tuple[str, float, RunParameters]]:
-    """Parts of the model with the longest stable step of each run; its mode is undamped."""
+    """Parts of the model with the longest stable step of each run; its mode is undamped. None of an FMU."""
     for sections, part_limits in _PARTS:
         for run in distinct(*sections, *more):
-            yield from ((part, limit, run) for part, limit in part_limits(run).items())
+            if run.plant.fmu is None:
+                yield from ((part, limit, run) for part, limit in part_limits(run).items())
 
 
 def _valve_limits(run: RunParameters) -> dict[str, float]:

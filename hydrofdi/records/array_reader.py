@@ -7,12 +7,14 @@ output are pickled; what is read from a file never is.
 from __future__ import annotations
 
 import faulthandler
+import math
 import os
 import pickle
 import signal
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import UTC
 from functools import partial
 from io import BytesIO
 from typing import Any, cast
@@ -48,8 +50,11 @@ def open_hdf5(content: Any) -> Any:
     return file
 
 
-Opened = tuple[Mapping[str, Any], dict[str, str], Callable[[], None], dict[str, str]]
-"""Name → array or dataset, name → unit if one is stated, what releases the file, name → that of its time."""
+Opened = tuple[Mapping[str, Any], dict[str, str], Callable[[], None], dict[str, str], float]
+"""Name → array or dataset, name → unit if one is stated, what releases the file, name → that of its time, and
+instant from which times count, since 1970 [s]; NaN if it is not stated."""
+_FIRST_DATE = 1e9
+"""Least instant that is a date: programs write the beginning of their clock if they do not know it [s]."""
 
 
 class _Lazy:
@@ -62,7 +67,9 @@ class _Lazy:
         return np.asarray(self._load(), dtype)
 
 
-def _of_groups(groups: Sequence[tuple[str, int, Any, Mapping[str, tuple[str, Any]]]], close: Any) -> Opened:
+def _of_groups(
+    groups: Sequence[tuple[str, int, Any, Mapping[str, tuple[str, Any]]]], close: Any, since: float
+) -> Opened:
     """Channels in groups, of each its name, number of samples, what loads its time, and name → unit and what
     loads a channel. Names that groups share are ``group/name``; the group with most samples is the first."""
     ordered = sorted(groups, key=lambda group: -group[1])
@@ -78,7 +85,8 @@ def _of_groups(groups: Sequence[tuple[str, int, Any, Mapping[str, tuple[str, Any
             arrays[name], units[name] = _Lazy((n_time,), load), unit
             if times is not None:
                 clocks[name] = time
-    return arrays, {name: unit for name, unit in units.items() if unit}, close, clocks
+    stated = {name: unit for name, unit in units.items() if unit}
+    return arrays, stated, close, clocks, since if since >= _FIRST_DATE else math.nan
 
 
 def _mdf(content: str | BytesIO) -> Opened:
@@ -103,7 +111,9 @@ def _mdf(content: str | BytesIO) -> Opened:
         record = group.channel_group
         times = None if master is None else partial(file.get_master, number)
         groups.append((str(getattr(record, "acq_name", "")), int(record.cycles_nr), times, channels))
-    return _of_groups(groups, file.close)
+    start = file.header.start_time
+    since = (start if start.tzinfo else start.replace(tzinfo=UTC)).timestamp()
+    return _of_groups(groups, file.close, since)
 
 
 def _tdms(content: str | BytesIO) -> Opened:
@@ -111,22 +121,26 @@ def _tdms(content: str | BytesIO) -> Opened:
     from nptdms import TdmsFile
 
     file: Any = TdmsFile.open(content)
-    groups = dict[Any, Any]()
-    for group in file.groups():
-        for channel in group.channels():
-            has = channel.properties
-            raster = [has.get(f"wf_{key}") for key in ("increment", "start_offset", "start_time")]
-            times = None if not raster[0] else channel.time_track
-            key = (group.name, len(channel), *map(str, raster))
-            entry = groups.setdefault(key, (group.name, len(channel), times, {}))
-            entry[3][channel.name] = (
-                str(has.get("unit_string", "")),
-                partial(channel.__getitem__, slice(None)),
-            )
-    starts = {key[4] for key in groups if key[2] not in ("None", "0.0")}
-    if len(starts) > 1:
-        raise OSError("its channels begin at different instants")
-    return _of_groups([*groups.values()], file.close)
+    channels = [(group, channel) for group in file.groups() for channel in group.channels()]
+    found = [channel.properties.get("wf_start_time") for _, channel in channels]
+    starts = [None if each is None else int(np.datetime64(each, "ns").astype("int64")) for each in found]
+    known, groups = {each for each in starts if each is not None}, dict[Any, Any]()
+    first = min(known, default=None)
+    if len(known) > 1 and None in starts:
+        raise OSError("some of its channels begin at different instants, and others do not state theirs")
+    for (group, channel), start in zip(channels, starts, strict=True):
+        has, later = channel.properties, 0.0 if start is None or first is None else (start - first) / 1e9
+        raster = [has.get(f"wf_{key}") for key in ("increment", "start_offset", "start_time")]
+        times = partial(_track, channel, later) if raster[0] else None
+        key = (group.name, len(channel), *map(str, raster))
+        entry = groups.setdefault(key, (group.name, len(channel), times, {}))
+        entry[3][channel.name] = str(has.get("unit_string", "")), partial(channel.__getitem__, slice(None))
+    return _of_groups([*groups.values()], file.close, math.nan if first is None else first / 1e9)
+
+
+def _track(channel: Any, later: float) -> Any:
+    """Instants of a channel that begins later than the first one [s]."""
+    return channel.time_track() + later
 
 
 def _hdf5(content: str | BytesIO) -> Opened:
@@ -151,7 +165,7 @@ def _hdf5(content: str | BytesIO) -> Opened:
             f"{name}/{field}": _Lazy(table.shape, partial(table.__getitem__, field))
             for field in table.dtype.names
         }
-    return datasets, units, file.close, {}
+    return datasets, units, file.close, {}, math.nan
 
 
 def _unpacked(dataset: Any) -> Any:
@@ -182,7 +196,7 @@ def _mat(content: str | BytesIO) -> Opened:
     stated = {name: leaves[place] for name, place in places.items() if place in leaves}
     units = {name: str(unit) for name, unit in stated.items() if unit.dtype.kind == "U" and unit.size == 1}
     arrays = leaves.keys() - {places[name] for name in units}
-    return {name: leaves[name] for name in leaves if name in arrays}, units, lambda: None, {}
+    return {name: leaves[name] for name in leaves if name in arrays}, units, lambda: None, {}, math.nan
 
 
 def main() -> None:
@@ -190,7 +204,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    opened: Opened = {}, {}, lambda: None, {}
+    opened: Opened = {}, {}, lambda: None, {}, math.nan
     openers = {"HDF5": _hdf5, "MAT": _mat, "MDF": _mdf, "TDMS": _tdms}
     while True:
         try:
@@ -204,7 +218,7 @@ def main() -> None:
                 kind, content = request
                 given = content if isinstance(content, str) else BytesIO(content)
                 opened = openers[kind](given)
-                answer = {name: array.shape for name, array in opened[0].items()}, opened[1], opened[3]
+                answer = {name: array.shape for name, array in opened[0].items()}, opened[1], *opened[3:]
             elif request:
                 answer = _plain(opened[0][request[0]])
             else:

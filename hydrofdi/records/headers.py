@@ -26,12 +26,9 @@ from hydrofdi.records.description import (
     known_unit,
 )
 from hydrofdi.records.opening import open_table
-from hydrofdi.records.proposals import is_counter, proposed_description
-from hydrofdi.records.times import (
-    require_seconds,
-    time_column,
-    titles_of_time,
-)
+from hydrofdi.records.proposals import proposed_description
+from hydrofdi.records.proposed_time import is_counter
+from hydrofdi.records.times import require_seconds, time_column, titles_of_time
 
 
 def completed(

@@ -43,7 +43,8 @@ Content = Path | BytesIO
 class ArrayTable(Table):
     """Columns in arrays: vectors by their name, columns of matrices as ``name[1]``, ``name[2]``, …
 
-    The longer axis of a matrix is time. `load` gives the array of a name; `what` is the kind of file.
+    The longer axis of a matrix is time. `load` gives the array of a name; `what` is the kind of file. Times
+    of columns count from `since` 1970 [s], if it is stated.
     """
 
     def __init__(
@@ -54,8 +55,10 @@ class ArrayTable(Table):
         load: Callable[[str], Any],
         units: Mapping[str, str] = MappingProxyType({}),
         clocks: Mapping[str, str] = MappingProxyType({}),
+        since: float = math.nan,
     ) -> None:
         self.place, self._what, self._load, self._units, self._clocks = place, what, load, units, clocks
+        self._since = since
         self._columns = [column for name, shape in shapes.items() for column in _columns(name, shape)]
         self._last: tuple[str, Any] = "", None
         self.titles = [name if number is None else f"{name}[{number + 1}]" for name, number in self._columns]
@@ -86,7 +89,8 @@ class ArrayTable(Table):
         """Values of a time column, and the first date."""
         values = self._vector(position)
         if values.dtype.kind != "M":
-            return self.numbers(position), math.nan
+            is_clock = self.titles[position] in self._clocks.values()
+            return self.numbers(position), self._since if is_clock else math.nan
         known = values[~np.isnat(values)]
         if not known.size:
             return np.full(values.size, np.nan), math.nan
@@ -174,8 +178,8 @@ def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayT
             given = str(content.absolute()) if isinstance(content, Path) else content.getvalue()
             size = content.stat().st_size if isinstance(content, Path) else len(given)
             seconds += size / _BYTES_PER_SECOND
-            shapes, units, clocks = ask(kind, given)
-        yield ArrayTable(place, kind, shapes, ask, units, clocks)
+            shapes, *stated = ask(kind, given)
+        yield ArrayTable(place, kind, shapes, ask, *stated)
     finally:
         with suppress(OSError):
             ask()

@@ -18,15 +18,10 @@ from hydrofdi.records.columns import (
     columns_of,
     unknown_header_unit,
 )
+from hydrofdi.records.dates import FIRST_DATE, LAST_DATE
 from hydrofdi.records.description import MeasuredConfig, is_counts
-from hydrofdi.records.times import (
-    FIRST_DATE,
-    contradicting_times,
-    counts_samples,
-    require_seconds,
-    sampling_of_times,
-    time_column,
-)
+from hydrofdi.records.evenness import sampling_of_times
+from hydrofdi.records.times import contradicting_times, counts_samples, require_seconds, time_column
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import gauge_unit
@@ -136,7 +131,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
             if column.config.gain is not None
         },
         units={channel: gauge_unit(column.unit) for channel, column in columns.items()},
-        date=start if start >= FIRST_DATE else since + start,
+        date=start if FIRST_DATE <= start <= LAST_DATE else since + start,
     )
 
 

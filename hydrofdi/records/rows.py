@@ -38,6 +38,7 @@ HEAD_HINT = (
     "; 'hydrofdi inspect FILE --write rig.yaml' writes a description: 'format: {skip: …}' skips lines before"
     " the header, 'format: {units_row: true}' reads a line of units"
 )
+FOOT_HINT = "; lines that are no rows are passed over if 'format: {comment: …}' states how they begin"
 _UTF_16 = "UTF-16; 'iconv -f UTF-16 -t UTF-8' converts it"
 _BINARY = {
     **dict.fromkeys((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), _UTF_16),
@@ -188,12 +189,14 @@ class RowReader(Titled):
 
     def number(self, position: int | None, cell: str) -> float:
         """The number in a cell; NaN if it is missing."""
-        text, decimal = cell.strip(), self._form.decimal
+        text, decimal = cell.strip().replace("\u2212", "-"), self._form.decimal
         if self.is_missing(text):
             return float("nan")
         if self._form.units_in_cells and position is not None and (unit := self.units[position]):
             text = text.removesuffix(unit).rstrip() if text.endswith(unit) else f"{text} without {unit}"
-        if (sign := self._form.thousands) and sign in text:
+        if (sign := self._form.thousands) == " ":
+            text = text.replace("\u00a0", sign).replace("\u202f", sign)
+        if sign and sign in text:
             whole, point, rest = text.partition(decimal)
             is_grouped = re.fullmatch(rf"[-+]?\d{{1,3}}({re.escape(sign)}\d{{3}})+", whole)
             text = whole.replace(sign, "") + point + rest if is_grouped else text
@@ -208,7 +211,7 @@ class RowReader(Titled):
             hint = "; if commas are decimal signs, write 'format: {decimal: \",\"}'"
         elif decimal == "," and "." in text:
             hint = "; its point is not a decimal sign here, because 'decimal' is ','"
-        elif re.fullmatch(r"[-+]?\d{1,3}([,.' ]\d{3})+([,.]\d+)?", text):
+        elif re.fullmatch(r"[-+]?\d{1,3}([,.' \u00a0\u202f]\d{3})+([,.]\d+)?", text):
             hint = "; if it has thousands, write 'format: {thousands: …}'"
         elif text.lower() in MISSING_LIKE:
             hint = "; if it means a missing value, write 'format: {missing: …}'"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records.evenness import other_unit, uneven_window
 from hydrofdi.records.stuck import Direction, drive_edges, frozen_time, must_change
 from hydrofdi.settings.messages import counted
 
@@ -194,7 +195,9 @@ class EvenStream:
             case "gap":
                 return f"no samples for {_seconds(stamp - before)} after {then}"
             case "rate_changed":
-                return f"samples come every {stamp - before:.4g} s instead of every {self._period:.4g} s"
+                step = stamp - before
+                text = f"samples come every {step:.4g} s instead of every {self._period:.4g} s"
+                return text + other_unit(step, self._period)
             case "duplicate":
                 return f"a second sample at {now} was dropped"
             case "time_ran_back":
@@ -202,7 +205,9 @@ class EvenStream:
             case "set_back":
                 return f"the clock was set back from {then}; the stream restarts at {now}"
         where = f"after {then} " if np.isfinite(before) else ""
-        return f"a sample {where}has no time stamp within 1e11 s of zero and was dropped"
+        return (
+            f"a sample {where}has no time stamp within 1e11 s of zero and was dropped; has the time a unit?"
+        )
 
     def _pieces(self, chunk: Chunk, accepted: Sequence[int], anew: Sequence[int]) -> list[Chunk]:
         """The accepted samples of a chunk; those at `anew` do not continue the sample before."""
@@ -412,14 +417,16 @@ class CycleWindower(Windower):
 def fault_of(
     time: Array, samples: Array, channels: tuple[Channel, ...], n_sample: int, sampling_frequency: float
 ) -> Issue | None:
-    """The first fault of a window, in the order: length, rate, missing samples, stuck channels."""
+    """The first fault of a window, in the order: length, rate, steps, missing samples, stuck channels."""
     n_time = time.size
     if n_time < n_sample:
         return Issue(f"the cycle has {counted(n_time, 'sample')} instead of {n_sample}", kind="short_cycle")
     rate = (n_time - 1) / float(time[-1] - time[0]) if n_time > 1 else sampling_frequency
     if abs(rate - sampling_frequency) > _RATE * sampling_frequency:
         text = f"samples come at {rate:.4g} Hz instead of {sampling_frequency:.4g} Hz"
-        return Issue(text, kind="other_rate")
+        return Issue(text + other_unit(1.0 / rate, 1.0 / sampling_frequency), kind="other_rate")
+    if text := uneven_window(time):
+        return Issue(text, kind="uneven")
     lows, highs = samples.min(axis=1), samples.max(axis=1)
     for row in np.flatnonzero(~(np.isfinite(lows) & np.isfinite(highs))):
         n_missing = int(np.count_nonzero(~np.isfinite(samples[row])))

@@ -8,7 +8,7 @@ import math
 import re
 from array import array
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from io import IncrementalNewlineDecoder
@@ -17,19 +17,23 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrofdi.errors import DataError, Issue
-from hydrofdi.records import times
+from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named
+from hydrofdi.records.dates import Instant, is_dated
 from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.rows import HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
+from hydrofdi.records.reading import Reading
+from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, RowReader, require_text, runs, wrong_encoding
+from hydrofdi.records.times import titles_of_time
 
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
-_OTHER_NUMBER = re.compile(r"[-+]?\d[\d.,' ]*([eEdD][-+]?\d+)?")
+_OTHER_NUMBER = re.compile(r"[-+\u2212]?\d[\d.,' \u00a0\u202f]*([eEdD][-+]?\d+)?")
 """A number in any format."""
 _DAY = 86_400.0
+_MOST_COLUMNS = 16_384
+"""As in a sheet of Excel."""
 _SOME = 1000
 """Number of first rows that show the usual width."""
 
@@ -77,7 +81,7 @@ class TextTable(Table):
         self.place, self._form, self._blocks = place, form, blocks
         self._columns: dict[int, array[float]] = {}
         self._n_row, self._broken = 0, list[int]()
-        self._since: times.Instant | None = None
+        self._since: Instant | None = None
         self._dates: tuple[int | None, str, int | None] = None, "", None
         kept = self._beginning()
         if kept and (stated := re.fullmatch(r'"?sep=(.)"?\s*', kept[0][1], re.IGNORECASE)):
@@ -86,6 +90,8 @@ class TextTable(Table):
         if not kept:
             raise DataError(f"{place}: contains no rows")
         self._rows = RowReader(form, [line for _, line in kept[:2]], place)
+        if (n_column := kept[0][1].count(self._rows.delimiter) + 1) > _MOST_COLUMNS:
+            raise DataError(f"{place}: has {n_column:,} columns; export {_MOST_COLUMNS:,} of them at most")
         kept = [each for each in kept if not self._rows.is_empty(each[1])]
         self._lines, texts = [number for number, _ in kept], [line for _, line in kept]
         cells = self._cells_of(texts)
@@ -108,7 +114,7 @@ class TextTable(Table):
 
     def clocks(self, time: int | None = None) -> Mapping[int, int]:
         """Columns to the right of one of several columns of time with one name belong to it."""
-        named = times.titles_of_time(self)
+        named = titles_of_time(self)
         if len(named) < 2 or len({self.titles[n] for n in named}) > 1:
             return {}
         steps = {n: self._first_step(n) for n in named}
@@ -137,7 +143,7 @@ class TextTable(Table):
         return 0 if first is None else self._lines.index(first[0]) - self._n_head
 
     def _is_value(self, cell: str) -> bool:
-        is_plain = self._rows.is_number(cell) or times.is_dated(cell) or self._rows.unit_of_cell(cell)
+        is_plain = self._rows.is_number(cell) or is_dated(cell) or self._rows.unit_of_cell(cell)
         return bool(is_plain or _OTHER_NUMBER.fullmatch(cell.strip()))
 
     def lines_above(self, line: int) -> list[list[str]]:
@@ -171,7 +177,7 @@ class TextTable(Table):
         """Whether the last rows that were looked at have a number or a date."""
         cells = [cell for row in self.example[-2:] for cell in row if cell.strip()]
         return any(
-            self._rows.is_number(cell) or times.is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
+            self._rows.is_number(cell) or is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
             for cell in cells
         )
 
@@ -222,7 +228,7 @@ class TextTable(Table):
     def load(self, positions: Sequence[int]) -> None:
         """Read columns, all in one pass."""
         dated = filter(self.is_dated, positions)
-        reading = _Reading(self._rows, self._usual, positions, dated, self._dates[1:])
+        reading = Reading(self._rows, self._usual, positions, dated, self._dates[1:])
         is_unended = False
         for number, lines in self._row_blocks():
             is_unended = not self._rows.is_empty(lines[-1])
@@ -233,7 +239,7 @@ class TextTable(Table):
                     reading.n_waiting += 1
                 else:
                     is_value = str(found).startswith("column")
-                    hint = "" if is_value and reading.n_row else HEAD_HINT
+                    hint = FOOT_HINT if is_value and reading.n_row else HEAD_HINT
                     raise DataError(f"{self.place}:{number + row}: {found}{hint}")
         self.remarks = tuple(reading.remarks(is_unended))
         self._n_row, self._broken = reading.n_row, reading.broken
@@ -296,7 +302,7 @@ class TextTable(Table):
         if position == self._dates[0]:
             return True
         cells = (row[position] for row in self.example if position < len(row))
-        return times.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
+        return is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
 
     def _numbered(self, texts: list[str], cells: list[list[str]]) -> list[str]:
         is_stated = bool({"delimiter", "decimal"} & self._form.model_fields_set)
@@ -318,78 +324,3 @@ class TextTable(Table):
 
     def _place(self, row: int) -> str:
         return f"{self.place}:{self._lines[row]}"
-
-
-class _Reading:
-    """Rows that are read, one run after another."""
-
-    def __init__(
-        self, rows: RowReader, usual: int, positions: Sequence[int], dated: Iterable[int],
-        dates: tuple[str, int | None] = ("", None),
-    ) -> None:  # fmt: skip
-        self._rows, self._usual, self._dated, (self._form, self._date) = rows, usual, [*dated], dates
-        self._numeric = [position for position in positions if position not in self._dated]
-        self.columns = {position: array("d") for position in positions}
-        self.n_row = self.n_waiting = self._n_between = self._cut_line = 0
-        self._widths: list[tuple[int, int]] = []
-        self.broken: list[int] = []
-        self.since: times.Instant | None = None
-        """The first date."""
-
-    def parse(self, lines: Sequence[str]) -> tuple[int, int, dict[int, Array]]:
-        """Width and number of rows, and their columns."""
-        width = self._rows.width(lines)
-        if width < self._usual:
-            return width, len(lines), dict.fromkeys(self.columns, np.full(len(lines), np.nan))
-        found = dict(zip(self._numeric, self._rows.numbers(lines, self._numeric), strict=True))
-        for position, texts in zip(self._dated, self._rows.texts(lines, self._dated), strict=True):
-            try:
-                if self._date is not None:
-                    (days,) = self._rows.texts(lines, [self._date])
-                    texts = [f"{day.strip()} {text.strip()}" for day, text in zip(days, texts, strict=True)]
-                found[position] = self._seconds(texts)
-            except ValueError as error:
-                raise ValueError(f"column {self._rows.titles[position]!r}: {error}") from None
-        return width, len(lines), found
-
-    def add(self, width: int, n_row: int, columns: Mapping[int, Array], line: int) -> None:
-        """Take rows, the first of which stands in a line."""
-        for position, values in columns.items():
-            self.columns[position].frombytes(values.tobytes())
-        if width < self._usual:
-            self.broken += range(self.n_row, self.n_row + n_row)
-            self._cut_line = self._cut_line or line
-        self._n_between += self.n_waiting if self.n_row else 0
-        self.n_waiting = 0
-        self.n_row += n_row
-        self._widths.append((width, n_row))
-
-    def remarks(self, is_unended: bool) -> Iterator[Issue]:
-        """What is irregular; incomplete last rows are left out."""
-        n_all, n_title, ends, cut = self.n_row, len(self._rows.titles), self._widths[-2:], set(self.broken)
-        if is_unended and len(ends) > 1 and ends[1][1] == 1 and ends[1][0] < ends[0][0]:
-            self.n_row -= 1
-        while self.n_row > 1 and self.n_row - 1 in cut:
-            self.n_row -= 1
-        self.broken = [row for row in self.broken if row < self.n_row]
-        if self.n_row < n_all:
-            yield Issue("the last line is incomplete and is ignored", kind="truncated")
-        elif is_unended:
-            yield Issue(UNENDED, kind="unended")
-        if self._n_between:
-            yield Issue(f"blank lines or comments between rows: {self._n_between}", kind="interrupted")
-        n_short = sum(n for width, n in self._widths if width < n_title) - (n_all - self.n_row)
-        if n_short:
-            text = f"rows with fewer cells than there are column names: {n_short}"
-            if self.broken:
-                text += (
-                    f"; {len(self.broken)} cut off and read as missing, the first in line {self._cut_line}"
-                )
-            yield Issue(text, kind="ragged")
-
-    def _seconds(self, texts: Sequence[str]) -> Array:
-        """Time since the first date [s]."""
-        missing = self._rows.is_missing
-        instants = [None if missing(text) else times.instant(text, form=self._form) for text in texts]
-        self.since = self.since or next(filter(None, instants), None)
-        return times.seconds_since(self.since, instants)

@@ -1,12 +1,6 @@
-"""All rules on time: dates as instants, the column of time, and the sampling of its instants."""
+"""The column of time, and its unit."""
 
 from __future__ import annotations
-
-import re
-from collections.abc import Sequence
-from datetime import UTC, datetime, tzinfo
-from typing import NamedTuple
-from zoneinfo import ZoneInfo, available_timezones
 
 import numpy as np
 
@@ -14,7 +8,6 @@ from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import (
     ReadColumn,
-    RejectionError,
     Table,
     Titled,
     column_at,
@@ -25,90 +18,14 @@ from hydrofdi.records.columns import (
     shortened,
     unit_by_name,
 )
+from hydrofdi.records.dates import FIRST_DATE, LAST_DATE
 from hydrofdi.records.description import (
     ChannelConfig,
-    MeasuredConfig,
     TimeConfig,
     is_counts,
     known_unit,
 )
-from hydrofdi.settings.messages import counted, similar
 from hydrofdi.units import ABOVE, BELOW, parse_unit, zero_of
-
-_POINTED = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):")
-"""Day, month and year separated by dots, as in 31.01.2026 12:00."""
-_OF_DAY = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d{1,9})?")
-_BEYOND = re.compile(r":\d\d[.,]\d{6}(\d{1,3})")
-_EPOCH = datetime(1970, 1, 1)
-_EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
-_BILLION = 10**9
-_EXAMPLE = "2026-01-31T12:00:00.25Z"
-
-
-class Instant(NamedTuple):
-    """Time since 1970-01-01T00:00 [ns], in UTC if the zone is known."""
-
-    nanoseconds: int
-    has_zone: bool
-
-
-def is_dated(text: str) -> bool:
-    """Whether a text is meant as a date with a time of day, not as a number; the date may be invalid."""
-    return ":" in text
-
-
-def time_zone(name: str) -> tzinfo:
-    """A time zone by its name, such as ``Europe/Berlin``, or its offset, such as ``+01:00``."""
-    try:
-        offset = datetime.fromisoformat(f"1970-01-01T00:00{name}").tzinfo if name[:1] in "+-" else None
-        return offset or ZoneInfo(name)
-    except (ValueError, OSError, KeyError):
-        hint = similar(name, sorted(available_timezones())) or "; write it like Europe/Berlin, UTC or +01:00"
-        raise ValueError(f"{name[:40]!r} is not a time zone{hint}") from None
-
-
-def instant(text: str, zone: tzinfo | None = None, form: str = "") -> Instant:
-    """The instant of a text in a stated format, else in ISO 8601, or such as 31.01.2026 12:00:00,25.
-
-    It has `zone` if it states none; a time of day is on the first day.
-
-    In an hour that repeats, the first pass is taken.
-    """
-    written = text.strip()
-    try:
-        turned = _POINTED.sub(lambda at: f"{at[3]}-{at[2]:0>2}-{at[1]:0>2}T{at[4]:0>2}:", written)
-        turned = f"1970-01-01T{turned:0>8}" if _OF_DAY.fullmatch(turned) else turned
-        found = datetime.strptime(written, form) if form else datetime.fromisoformat(turned)
-        found = found.replace(tzinfo=zone) if found.tzinfo is None else found
-        passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
-    except (ValueError, OverflowError):
-        what = f"in the format {form!r}" if form else f"such as {_EXAMPLE}; state its format in 'time'"
-        raise ValueError(f"{written[:40]!r} is not a date and time {what}") from None
-    digits = _BEYOND.search(written)  # datetime ignores what is below a microsecond
-    nanoseconds = int(f"{digits[1]:0<3}") if digits else 0
-    whole = passed.days * 86_400 + passed.seconds
-    return Instant(whole * _BILLION + passed.microseconds * 1000 + nanoseconds, found.tzinfo is not None)
-
-
-def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> Array:
-    """Time since an instant [s], shape (n_time,); NaN for None. Rounded once, after the difference."""
-    if any(found and first and found.has_zone != first.has_zone for found in instants):
-        raise ValueError("some dates have a zone and others have none")
-    start = first.nanoseconds if first else 0
-    passed = (float("nan") if at is None else (at.nanoseconds - start) / _BILLION for at in instants)
-    return np.fromiter(passed, np.float64, len(instants))
-
-
-def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
-    """Dates as time since 1970-01-01T00:00Z [s], shape (n_time,); `zone` is that of texts without one."""
-    instants = [instant(text, zone) for text in texts]
-    if not all(found.has_zone for found in instants):
-        raise ValueError(
-            f"the time has no zone; write it like {_EXAMPLE}, or state the zone in the file of"
-            f" config: 'zone: Europe/Berlin'"
-        )
-    return np.array([found.nanoseconds / _BILLION for found in instants], dtype=np.float64)
-
 
 _SECOND = parse_unit("s")
 _TIMES = ("time", "t", "timestamps")
@@ -163,41 +80,44 @@ def titles_of_time(table: Titled) -> list[int]:
     return next((found for found in named.values() if found), [])
 
 
-_GAP = 1.751
-"""Longest step between samples without a gap, in median steps: 7/4 even if it is rounded."""
-_MOSTLY = 2.0
-"""Duration of a record over that of its samples from which on it is mostly gaps."""
-_DIGITS = 9
-_JOINED = 0.1
-"""Share by which the median step differs from the mean if stamps of other rasters lie between."""
-
-
 def counts_samples(values: Array) -> bool:
     """Whether a column rises by one from sample to sample: a counter, if it has no unit."""
     return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
 
 
-_USUAL_RATES = (20.0, 1e6)
-"""Rates [Hz] at which a time without a unit is believed to be in seconds."""
-FIRST_DATE, _LAST_DATE = 1e9, 4.1e9
-"""Least and largest instant of a clock that counts from 1970 [s]: the years 2001 to 2099."""
-_LIKELY_UNITS = ("s", "ms", "µs", "FILETIME", "exceldays", "ns", "day")
+_USUAL_RATES, _FAST = (20.0, 1e6), 20e3
+"""Rates [Hz] at which a time without a unit is believed to be in seconds; above the last one, unless another
+unit gives a round rate below it."""
+_ROUND = (1.0, 2.0, 2.5, 4.0, 5.0, 10.0)
+"""What round rates begin with."""
+_LIKELY_UNITS = ("s", "ms", "µs", "ns", "min", "h", "day", "FILETIME", "exceldays")
 _FEWEST = 10
 
 
 def likely_unit(values: Array) -> str:
-    """The unit in which a column of time has a usual rate, and is a date if any unit makes it one; seconds if
-    its rate cannot be seen; empty if no unit is likely."""
-    steps = np.diff(values[np.isfinite(values)])
-    if values.size < _FEWEST or not steps.size or not (step := float(np.median(steps))) > 0.0:
+    """The unit in which a column of time is a date, or else has a usual rate; seconds if its rate cannot be
+    seen; empty if no unit is likely, or more than one."""
+    known = values[np.isfinite(values)]
+    steps = np.diff(known)
+    if known.size < _FEWEST or not (step := float(np.median(steps))) > 0.0:
         return "s"
-    likely, dated, first = list[str](), list[str](), float(values[np.isfinite(values)][0])
+    mean, likely, rounded = float(known[-1] - known[0]) / steps.size, list[str](), list[str]()
     for unit in _LIKELY_UNITS:
-        factor = float(parse_unit(unit).factor)
-        if BELOW * _USUAL_RATES[0] <= 1.0 / (factor * step) <= ABOVE * _USUAL_RATES[1]:
-            is_date = FIRST_DATE <= factor * first + zero_of(unit) <= _LAST_DATE
-            (dated if is_date else likely).append(unit)
-    return next(iter([*dated, *likely]), "")
+        factor, zero = float(parse_unit(unit).factor), zero_of(unit)
+        rate = 1.0 / (factor * step)
+        if not BELOW * _USUAL_RATES[0] <= rate <= ABOVE * _USUAL_RATES[1]:
+            continue
+        if FIRST_DATE <= factor * known[0] + zero <= LAST_DATE:
+            return unit
+        if not zero and (rate <= ABOVE * _FAST or unit == "s"):
+            likely.append(unit)
+            first = [float(f"{1.0 / (factor * each):.3e}"[:5]) for each in (step, mean)]
+            rounded += [unit] * any(abs(each / usual - 1.0) < 2e-3 for each in first for usual in _ROUND)
+    if likely[:1] == ["s"]:
+        others = [unit for unit in rounded if unit != "s"]
+        return others[0] if 1.0 / step > ABOVE * _FAST and others else "s"
+    found = likely if len(likely) == 1 else rounded
+    return found[0] if len(found) == 1 else ""
 
 
 def require_seconds(values: Array, where: str) -> None:
@@ -207,92 +127,8 @@ def require_seconds(values: Array, where: str) -> None:
         hint = f"is it in {unit} ({rate / float(parse_unit(unit).factor):.4g} Hz)? " if unit else ""
         raise DataError(
             f"{where}: has no unit, and {rate:.4g} Hz if it is in seconds; {hint}State the unit, as in"
-            f" 'time [{unit or 's'}]' or 'time: {{column: …, unit: {unit or 's'}}}'; s, if it is slow"
+            f" 'time [{unit or 's'}]' or 'time: {{column: …, unit: {unit or 's'}}}'; s, if that is right"
         )
-
-
-def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tuple[float, list[Issue]]:
-    """The sampling frequency of the instants of a table [Hz], and remarks on gaps and uneven steps."""
-    steps = np.diff(times)
-    if n_missing := np.count_nonzero(~np.isfinite(times)):
-        text = f"{n_missing} sampling instants are missing; give 'sampling_frequency' in place of 'time'"
-        raise RejectionError("time", text)
-    rounded = _rounded(times)
-    if (bad := np.flatnonzero(steps <= 0.0)).size:
-        relation = "the same as" if steps[bad[0]] == 0.0 else "before"
-        text = f"{table.row_place(int(bad[0]) + 1)}: the time is {relation} that of the row above"
-        if rounded:
-            text += (
-                f"; stamps are rounded to {rounded[1]:.2g} s: state 'sampling_frequency: {rounded[0]:g} Hz'"
-            )
-        raise RejectionError("time", text)
-    typical = float(np.median(steps))
-    mean = float(times[-1] - times[0]) / (times.size - 1)
-    is_joined = bool(np.isfinite(mean)) and abs(typical / mean - 1.0) > _JOINED
-    step = typical if np.any(steps > _GAP * typical) or is_joined else mean
-    frequency = float(f"{1.0 / step:.{_DIGITS}g}")
-    if not 0.0 < frequency < np.inf:
-        raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
-    uneven = _unevenness(times, steps, typical, config)
-    if uneven and rounded:
-        text = f"stamps are rounded to {rounded[1]:.2g} s, and even at {rounded[0]:g} Hz within that"
-        return rounded[0], [Issue(text, kind="rounded")]
-    return frequency, uneven
-
-
-def _rounded(times: Array) -> tuple[float, float] | None:
-    """Rate of an even clock [Hz] whose stamps were rounded, to decimals or to single precision, and to what
-    [s]; None if rounding does not explain the instants."""
-    some = np.concatenate([times[:1000], times[1000:][-1000:]])
-    size = float(np.max(np.abs(some)))
-    grids = [10.0**-n for n in range(10) if np.all(np.abs(some * 10.0**n - np.rint(some * 10.0**n)) < 0.01)]
-    for unit in (1.0, 1e-3, 1e-6):
-        single = (some / unit).astype(np.float32)
-        is_near = np.abs(single - some / unit) < 0.05 * np.spacing(np.abs(single)).astype(np.float64)
-        if np.all(is_near) and np.unique(single).size > some.size / 2:
-            grids.append(unit * float(np.spacing(np.float32(size / unit))))
-    number = np.arange(times.size) - (times.size - 1) / 2.0
-    slope = float(number @ times / (number @ number))
-    grid, width = max(grids, default=0.0), float(np.ptp(times - slope * number))
-    if times.size < _FEWEST or not 0.0 < width <= _WIDTH * grid:
-        return None
-    # an even clock on a grid takes two neighbouring steps, the rarer one at even distances (three-distance
-    # theorem; one more where halves are rounded to even); lost samples lie anywhere
-    counts = np.rint(np.diff(times) / grid)
-    rare = np.flatnonzero(counts != np.median(counts))
-    if counts.all() and (rare.size < _FEWEST_RARE or np.ptp(counts) > 1.0 or np.ptp(np.diff(rare)) > 2.0):
-        return None
-    # the shortest number that the stamps cannot tell from the slope
-    rates = (float(f"{1.0 / slope:.{digits}g}") for digits in range(1, 17))
-    tolerance = 0.1 * grid / (slope * times.size)
-    return next(rate for rate in rates if abs(rate * slope - 1.0) <= max(tolerance, 1e-15)), grid
-
-
-_FEWEST_RARE = 3
-_WIDTH = 1.1
-"""Width of the instants around an even clock, in units of their last digit; rounding alone makes 1."""
-
-
-def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConfig) -> list[Issue]:
-    gaps = int(np.count_nonzero(steps > _GAP * typical))
-    asked = (
-        f"; state 'resample: {float(f'{1.0 / typical:.3g}'):g} Hz' to interpolate"
-        if config.resample is None
-        else f"; interpolated at {config.resample:g} Hz"
-    )
-    if gaps:
-        longest = float(steps.max())
-        text = f"{counted(gaps, 'gap')} in time, the longest {longest:.3g} s{asked}"
-        # windows that touch no gap are judged, unless most of the record is missing
-        is_short = times[-1] - times[0] < _MOSTLY * typical * times.size
-        return [Issue(text, kind="gap" if is_short else "gaps", is_unusable=config.resample is None)]
-    even = np.linspace(times[0], times[-1], times.size)
-    even -= times
-    deviation = float(max(even.max(), -even.min())) / typical
-    if deviation <= config.limits.uneven + 1e-4:
-        return []
-    text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
-    return [Issue(text, kind="uneven", is_unusable=config.resample is None)]
 
 
 _TOLERANCE = 0.01

@@ -14,7 +14,7 @@ import numpy as np
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.quality.doubts import DOUBTS, doubts_of
-from hydrofdi.report import sections
+from hydrofdi.report import runs, sections, wording
 from hydrofdi.report.indicators import (
     MeasuredIndicator,
     indicator_record,
@@ -32,26 +32,9 @@ from hydrofdi.report.responses import (
     strongest_table,
     study_responses,
 )
-from hydrofdi.report.runs import (
-    EXTERNAL,
-    Array,
-    RunTable,
-    best_levels,
-    level_names,
-    normal_bulk_modulus,
-    run_table,
-)
 from hydrofdi.report.sections import answers, document_of
 from hydrofdi.report.table import Block, Column, Document, FigureKind, Table, group_breaks, plain
 from hydrofdi.report.views import View, asked_views
-from hydrofdi.report.wording import (
-    band_sentence,
-    delta_columns,
-    hole_or,
-    kilopascal,
-    lead_columns,
-    modulus_text,
-)
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
@@ -85,9 +68,9 @@ class Report:
         return self.data.path
 
     @cached_property
-    def table(self) -> RunTable:
+    def table(self) -> runs.RunTable:
         """Its runs."""
-        return run_table(self.data)
+        return runs.run_table(self.data)
 
     @cached_property
     def indicators(self) -> tuple[MeasuredIndicator, ...]:
@@ -154,11 +137,7 @@ class Report:
         data = self.data
         if self.has_results:
             return document_of(self.name, self.lead, self.blocks(), data)
-        blocks = (
-            sections.remarks_block(data),
-            sections.holes_block(data),
-            *answers(self.varied_block()),
-        )
+        blocks = (sections.remarks_block(data), sections.holes_block(data), *answers(self.varied_block()))
         return document_of(self.name, self.lead, (*blocks, sections.provenance_block(data)))
 
     def blocks(self) -> Iterable[Block | None]:
@@ -219,19 +198,19 @@ class Report:
         """The table of all runs for each baseline; the RMS if no run has another one as its baseline."""
         table = self.table
         if not self.baselines:
-            return Block(key, "RMS of the details", (band_sentence(table),), (rms_table(table),))
+            return Block(key, "RMS of the details", (wording.band_sentence(table),), (rms_table(table),))
         legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
         if not table.is_sealed.all():
             sealed = "have no internal leakage" if table.varies_external else "are controls"
             legend += f" Rows marked sealed {sealed}."
-        return Block(key, title, (legend, band_sentence(table)), self.delta_tables(key))
+        return Block(key, title, (legend, wording.band_sentence(table)), self.delta_tables(key))
 
     def delta_tables(self, key: str, variable: str = names.DETAIL_RMS, title: str = "") -> tuple[Table, ...]:
         """δ of an RMS of all runs, a table against each baseline."""
         breaks = group_breaks(self.table.leakage_requests.tolist())
         return tuple(
             replace(
-                _rows_table(self.table, *delta_columns(self.table.changes(baseline, variable))),
+                _rows_table(self.table, *wording.delta_columns(self.table.changes(baseline, variable))),
                 title=f"{title}δ [%] against the {baseline} baseline ({self._words_of(baseline)})",
                 key=f"{key}-{baseline}",
                 breaks=breaks if len(breaks) < len(self.table) - 1 else (),
@@ -243,11 +222,11 @@ class Report:
         """The conditions of the fixed or the matched baseline."""
         conditions, varied = self.data.experiment.baseline, self.table.label_names
         held = {name: conditions[name] for name in varied if name in conditions}
-        outside = {name: held.pop(name) for name in list(held) if name.startswith(EXTERNAL)}
+        outside = {name: held.pop(name) for name in list(held) if name.startswith(runs.EXTERNAL)}
         sealed = "sealed internally and externally" if outside and not any(outside.values()) else "sealed"
         if baseline == "matched":
             return f"{sealed}, the same conditions as the run"
-        state = [sealed, f"EBM {modulus_text(normal_bulk_modulus(self.data))}"]
+        state = [sealed, f"EBM {wording.modulus_text(runs.normal_bulk_modulus(self.data))}"]
         state += [shown_values(held)] if held else []
         is_alike = len(held) + len(outside) < len(varied)
         return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])
@@ -279,7 +258,9 @@ class Report:
             **_level_columns(table),
         }
         for baseline in table.data.baselines:
-            columns[f"largest_positive_{baseline}"] = level_names(best_levels(table.changes(baseline)))
+            columns[f"largest_positive_{baseline}"] = runs.level_names(
+                runs.best_levels(table.changes(baseline))
+            )
         columns |= {
             "labels": table.labels,
             "sealed": table.is_sealed,
@@ -304,9 +285,9 @@ class Report:
             **{f"mean_external_leakage_{c}_L_per_min": _converted(own, "L/min") for c, own in flows},
             **_parameters(table),
         }
-        by_level: dict[str, Any] = {"level": [level_names(levels)] * len(table), **_level_columns(table)}
+        by_level: dict[str, Any] = {"level": [runs.level_names(levels)] * len(table), **_level_columns(table)}
         for baseline in table.data.baselines:
-            is_best = best_levels(table.changes(baseline))[:, None] == np.array(levels)
+            is_best = runs.best_levels(table.changes(baseline))[:, None] == np.array(levels)
             by_level[f"largest_positive_{baseline}"] = is_best.astype(int)
         return {
             header: [
@@ -354,19 +335,19 @@ class Report:
         return {}
 
 
-def rms_table(table: RunTable) -> Table:
+def rms_table(table: runs.RunTable) -> Table:
     """The RMS of the details of each run."""
     levels = enumerate(table[names.DETAIL_RMS].T, 1)
-    columns = (Column(f"d{k} [kPa]", own, text=kilopascal) for k, own in levels)
+    columns = (Column(f"d{k} [kPa]", own, text=wording.kilopascal) for k, own in levels)
     return replace(
         _rows_table(table, *columns), title="RMS of the details of the chamber-1 pressure", key="rms"
     )
 
 
-def _rows_table(table: RunTable, *columns: Column) -> Table:
+def _rows_table(table: runs.RunTable, *columns: Column) -> Table:
     """Columns between what a run is and its verdict."""
-    mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: hole_or(f, f"{f:.1f}"))
-    lead = [*lead_columns(table), mode]
+    mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: wording.hole_or(f, f"{f:.1f}"))
+    lead = [*wording.lead_columns(table), mode]
     doubts = [doubts_of(verdict) for verdict in table.verdicts]
     found = {doubt.word for own in doubts for doubt in own}
     if not found:
@@ -376,7 +357,7 @@ def _rows_table(table: RunTable, *columns: Column) -> Table:
     return Table((*lead, *columns, marks), notes=(f"Verdict: {words}.",), n_lead=len(lead))
 
 
-def _modes(table: RunTable) -> dict[str, Any]:
+def _modes(table: runs.RunTable) -> dict[str, Any]:
     """Identity, leakage and EBM of each run."""
     return {
         "run_id": table.texts(names.RUN_ID),
@@ -385,7 +366,7 @@ def _modes(table: RunTable) -> dict[str, Any]:
     }
 
 
-def _dynamics(table: RunTable) -> dict[str, Any]:
+def _dynamics(table: runs.RunTable) -> dict[str, Any]:
     """Mean pressure and hydraulic mode of each run."""
     return {
         "mean_chamber_1_pressure_Pa": table[names.MEAN_CHAMBER_1_PRESSURE],
@@ -394,7 +375,7 @@ def _dynamics(table: RunTable) -> dict[str, Any]:
     }
 
 
-def _parameters(table: RunTable) -> dict[str, Any]:
+def _parameters(table: runs.RunTable) -> dict[str, Any]:
     """K_i and the varied parameters of each run in SI, with their units."""
     headers = {}
     for name in table.label_names:
@@ -404,7 +385,7 @@ def _parameters(table: RunTable) -> dict[str, Any]:
     return coefficients | {header: table.values(name) for name, header in headers.items()}
 
 
-def _level_columns(table: RunTable) -> dict[str, Any]:
+def _level_columns(table: runs.RunTable) -> dict[str, Any]:
     """A number for each run and level: RMS, and δ against either baseline."""
     columns = {}
     for name, delta in _DELTAS.items():
@@ -413,5 +394,5 @@ def _level_columns(table: RunTable) -> dict[str, Any]:
     return columns
 
 
-def _converted(values: Array, unit: str) -> list[float]:
+def _converted(values: runs.Array, unit: str) -> list[float]:
     return [convert(value, unit) for value in values.tolist()]

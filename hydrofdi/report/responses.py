@@ -404,11 +404,7 @@ def responses_block(study: ResponseStudy) -> Block | None:
     if not shown:
         return None
     return Block(
-        "responses",
-        "Responses",
-        (_LEGEND,),
-        (*map(_axis_table, shown), _rank_table(shown)),
-        ("responses",),
+        "responses", "Responses", (_LEGEND,), (*map(_axis_table, shown), _rank_table(shown)), ("responses",)
     )
 
 
@@ -465,10 +461,7 @@ def responses_record(study: ResponseStudy) -> dict[str, Any]:
 def _varied(axis: Axis) -> dict[str, Any]:
     """A parameter: its values with their runs, or quantiles if there are many values."""
     counts = [int(group.rows.sum()) for group in axis.groups]
-    named = {
-        "name": axis.name,
-        "unit": parameter_unit(axis.name) if axis.name in parameter_names() else None,
-    }
+    named = {"name": axis.name, "unit": parameter_unit(axis.name) if axis.name in parameter_names() else None}
     if axis.drawn is None:
         return {**named, "values": [group.value for group in axis.groups], "n": counts}
     known = axis.drawn[np.isfinite(axis.drawn)]

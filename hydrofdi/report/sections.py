@@ -15,7 +15,6 @@ from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.report.table import Block, Document, Table
 from hydrofdi.settings.messages import counted
@@ -55,13 +54,7 @@ def answers(*blocks: Block | None) -> tuple[Block | None, ...]:
 
 def remarks_block(data: ExperimentData) -> Block | None:
     """Remarks on all runs: another version of the physics, or another request."""
-    sentences = [*data.remarks]
-    if data.physics_version != PHYSICS_VERSION:
-        sentences.append(
-            f"Computed with version {data.physics_version} of the physics; this hydrofdi has version"
-            f" {PHYSICS_VERSION}, and runs that are computed now may differ."
-        )
-    return Block("remarks", "Remarks", tuple(sentences)) if sentences else None
+    return Block("remarks", "Remarks", data.all_remarks) if data.all_remarks else None
 
 
 def holes_block(data: ExperimentData) -> Block | None:

@@ -81,6 +81,10 @@ def simulate_batch(
     """
     if len({parameters.record.time_axis for parameters in runs}) != 1:
         raise ValueError("the runs of a batch must share duration, step and sampling frequency")
+    if runs[0].plant.fmu is not None:
+        from hydrofdi.simulation.foreign import simulate_foreign  # only an experiment with an FMU loads FMPy
+
+        return simulate_foreign(runs, leakage_coefficients, tap)
     inputs = Inputs(runs, runs[0].record, tap)
     kernels = ((ModelOptions.of(run), steps_per_control(run) if run.control.is_closed else 1) for run in runs)
     blocks = [

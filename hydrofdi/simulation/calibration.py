@@ -78,7 +78,12 @@ def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Cali
 
 def _request(condition: RunParameters) -> tuple[float, float]:
     """The flow of a condition, and the K_i that leaks it at a quarter of the supply pressure."""
-    target = condition.leakage.internal_flow or 0.0
+    target, plant = condition.leakage.internal_flow or 0.0, condition.plant
+    if plant.model is not None and plant.leakage.coefficient is not None:
+        declared = plant.model.variables[plant.leakage.coefficient]
+        # The size of an unknown law of leakage: that of its start value, if the FMU states one.
+        if declared.start:
+            return target, abs(declared.in_si(declared.start))
     from_valve = no_load_flow(condition)
     # No more than the valve can feed: a larger K_i only equalises the pressures.
     start = min(target, from_valve) if from_valve > 0.0 else target
@@ -139,6 +144,8 @@ def _mean_flows(runs: Sequence[RunParameters], coefficients: Sequence[float]) ->
     trajectory = simulate_batch(runs, coefficients)
     flow = trajectory.mean_internal_leakage_flow
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
+    if runs[0].plant.fmu is not None:
+        return np.where(failed, np.nan, flow)
     # More than continuity allows is an oscillation of the solver, not a leak.
     chatters = flow > largest_leakage_flows(runs, trajectory)
     return np.where(failed | chatters, np.nan, flow)

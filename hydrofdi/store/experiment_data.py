@@ -15,19 +15,11 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store import shards
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.folder import Failure
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
-from hydrofdi.store.shards import (
-    Block,
-    FileSignals,
-    ShardIndex,
-    StoredRun,
-    lacking_blocks,
-    read_blocks,
-    read_rows,
-)
 
 if TYPE_CHECKING:
     import h5py
@@ -37,7 +29,7 @@ MISSING = "missing"
 
 
 def gathered(
-    runs: Sequence[StoredRun | None], variables: Collection[Variable], sizes: Mapping[str, int]
+    runs: Sequence[shards.StoredRun | None], variables: Collection[Variable], sizes: Mapping[str, int]
 ) -> dict[str, NDArray[Any]]:
     """Variables of stored runs by name, one row per run, without signals that no run has; each shard is
     opened once."""
@@ -53,7 +45,7 @@ def gathered(
             rows_in.setdefault(run.shard, []).append(run.row)
     absent = {variable.name for variable in variables if variable.is_signal}
     for shard, positions in positions_in.items():
-        for name, values in read_rows(shard, columns, rows_in[shard]).items():
+        for name, values in shards.read_rows(shard, columns, rows_in[shard]).items():
             inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
             columns[name][tuple(inside)] = values
             absent.discard(name)
@@ -71,7 +63,9 @@ class _Stretch(NamedTuple):
 class ShardResults:
     """Results in shards, with gaps where runs failed or are missing."""
 
-    def __init__(self, run_ids: Sequence[str], index: ShardIndex, failures: dict[str, Failure]) -> None:
+    def __init__(
+        self, run_ids: Sequence[str], index: shards.ShardIndex, failures: dict[str, Failure]
+    ) -> None:
         self._run_ids = run_ids
         self._failures = failures
         self._located = [index.runs.get(run_id) for run_id in run_ids]
@@ -114,17 +108,17 @@ class ShardResults:
         rows = self.rows([name], [position])
         return rows[name][0] if name in rows else np.empty(0)
 
-    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
+    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[shards.Block]:
         """All rows of a signal in order; NaN if it is not stored."""
         for shard, row, n_run in self._stretches():
             if shard is None:
-                yield from lacking_blocks(n_run, target)
+                yield from shards.lacking_blocks(n_run, target)
                 continue
             with open_for_reading(shard) as file:
                 yield from (
-                    read_blocks(file[name], row, n_run, target)
+                    shards.read_blocks(file[name], row, n_run, target)
                     if name in file
-                    else lacking_blocks(n_run, target)
+                    else shards.lacking_blocks(n_run, target)
                 )
 
     def time(self) -> NDArray[np.float64] | None:
@@ -164,11 +158,20 @@ class ExperimentData:
     experiment: ExperimentConfig
     columns: dict[str, NDArray[Any]]
     versions: dict[str, str]
-    signals: FileSignals | ShardResults
+    signals: shards.FileSignals | ShardResults
     configuration: dict[str, Any] | None = None
     remarks: tuple[str, ...] = ()
     physics_version: int = PHYSICS_VERSION
     absent: Indicators = field(default_factory=dict)
+
+    @property
+    def all_remarks(self) -> tuple[str, ...]:
+        """The remarks, and that another version of the physics computed the runs."""
+        older = (
+            f"Computed with version {self.physics_version} of the physics; this hydrofdi has version"
+            f" {PHYSICS_VERSION}, and runs that are computed now may differ."
+        )
+        return (*self.remarks, *([older] if self.physics_version != PHYSICS_VERSION else []))
 
     @property
     def indicators(self) -> Indicators:

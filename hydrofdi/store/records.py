@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -70,13 +71,13 @@ def study_labels(experiment: ExperimentConfig) -> list[str]:
 
 
 def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str:
-    """Label of a simulated run: its leakage and EBM."""
+    """Label of a simulated run: its leakage, and EBM unless it is unknown (NaN)."""
     leakage = f"{convert(flow, 'L/min'):.4g} L/min"
     if np.isnan(flow):
         leakage = f"K_i {shown_quantity(coefficient, K_I_UNIT)}"
     if flow == 0.0 or (np.isnan(flow) and coefficient == 0.0):
         leakage = "sealed"
-    return f"{leakage}, {convert(bulk_modulus, 'MPa'):.4g} MPa"
+    return leakage if math.isnan(bulk_modulus) else f"{leakage}, {convert(bulk_modulus, 'MPa'):.4g} MPa"
 
 
 @dataclass(frozen=True)

@@ -193,8 +193,8 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
             if "." in name and not names.is_needless(name, values)
         ]
         for variable in (*names.stored_variables(store.signals, phases=has_phases), *outputs):
-            if variable.name == names.OIL_TEMPERATURE and variable.name not in columns:
-                continue
+            if variable.is_signal and variable.name not in columns:
+                continue  # a signal that the plant does not give
             values = columns[variable.name]
             if variable.is_text:
                 texts = [str(text) for text in values]

@@ -12,16 +12,7 @@ import numpy as np
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod import (
-    AxisName,
-    DetectableSeverity,
-    PodCurve,
-    interpolated_level,
-    lack_of_fit,
-    probability_of_detection,
-    quantile_of_chi_square,
-    smallest_detectable,
-)
+from hydrofdi.evaluation import pod, roc
 from hydrofdi.evaluation.rates import (
     HealthyPair,
     Rate,
@@ -29,16 +20,6 @@ from hydrofdi.evaluation.rates import (
     healthy_against_healthy,
     left_out_outcomes,
     simultaneous_confidence,
-)
-from hydrofdi.evaluation.roc import (
-    FEWEST_GROUPS,
-    MANY_GROUPS,
-    Area,
-    area_under_curve,
-    clustered_area,
-    grouped_area,
-    learned_direction,
-    roc_curve,
 )
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, suspicion
 from hydrofdi.evaluation.threshold import Threshold, records_needed
@@ -119,21 +100,21 @@ class _Case:
     def part(self, populations: Collection[Population]) -> Part:
         return part(self.records, self.scored, populations)
 
-    def area(self, faulty: Part, reference: Reference) -> Area | None:
+    def area(self, faulty: Part, reference: Reference) -> roc.Area | None:
         """Area under the ROC curve against the healthy records; over groups if there are enough of them."""
         healthy, below, of = reference
         if below is None or not faulty.scores.size:
             return None
-        state: Callable[..., Area] = area_under_curve
+        state: Callable[..., roc.Area] = roc.area_under_curve
         if healthy.groups is not None and faulty.groups is not None:
             n_group = len({*healthy.groups, *faulty.groups})
-            if n_group >= FEWEST_GROUPS:
-                over_groups = clustered_area if n_group >= MANY_GROUPS else grouped_area
+            if n_group >= roc.FEWEST_GROUPS:
+                over_groups = roc.clustered_area if n_group >= roc.MANY_GROUPS else roc.grouped_area
                 state = partial(over_groups, healthy_groups=healthy.groups, faulty_groups=faulty.groups)
             else:
                 self.notes.remarks.append(
-                    f"fewer than {FEWEST_GROUPS} groups: intervals of areas assume independent records, and"
-                    " are too short"
+                    f"fewer than {roc.FEWEST_GROUPS} groups: intervals of areas assume independent records,"
+                    " and are too short"
                 )
         return self.notes.unless_refused(
             lambda: state(below, of(faulty.scores), confidence=self.rules.confidence)
@@ -144,7 +125,7 @@ class _Case:
         _, below, of = reference
         if below is None or np.isnan(below).all() or np.isnan(faulty.scores).all():
             return math.nan
-        return roc_curve(below, of(faulty.scores)).partial_area(self.rules.false_alarm_rate)
+        return roc.roc_curve(below, of(faulty.scores)).partial_area(self.rules.false_alarm_rate)
 
     def direction(self, fit: Part) -> Direction:
         if self.scored.direction is not None:
@@ -153,7 +134,7 @@ class _Case:
         learned = None
         if faulty.size:
             learned = self.notes.unless_refused(
-                lambda: learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
+                lambda: roc.learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
             )
         if learned is None:
             self.notes.remarks.append(
@@ -279,10 +260,10 @@ def detectability(
         return {}
     tested = TestedLevels(known, threshold)
     curves = _curves(tested, tested.outcomes, floor)
-    fit = lack_of_fit(curves[0])
+    fit = pod.lack_of_fit(curves[0])
     is_described = not fit < SIGNIFICANCE
     has_curve = is_described and tested.lie_on_the_rise(curves[0])
-    used: Sequence[PodCurve] = ()
+    used: Sequence[pod.PodCurve] = ()
     if is_described and all(level.groups is None for level in known):
         used = curves if has_curve else _with_one_miss_more(curves[0], tested)
     smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes, n_tried)
@@ -295,11 +276,11 @@ def detectability(
     return {"curve": curves[0], "lack_of_fit": fit, "smallest": smallest, "bounding": bounding}
 
 
-def _curves(tested: TestedLevels, outcomes: Array, floor: float) -> list[PodCurve]:
+def _curves(tested: TestedLevels, outcomes: Array, floor: float) -> list[pod.PodCurve]:
     """Curves on both axes, the more likely first; two levels have the same likelihood on both."""
-    axes: tuple[AxisName, ...] = ("log", "linear")
+    axes: tuple[pod.AxisName, ...] = ("log", "linear")
     curves = [
-        probability_of_detection(tested.severity, outcomes, false_alarm_rate=floor, axis=axis)
+        pod.probability_of_detection(tested.severity, outcomes, false_alarm_rate=floor, axis=axis)
         for axis in axes
     ]
     return curves if curves[0].log_likelihood >= curves[1].log_likelihood - 1e-6 else curves[::-1]
@@ -312,18 +293,18 @@ def _with_severity(level: Part) -> Part:
 
 
 def _smallest(
-    curve: PodCurve | None,
-    used: Sequence[PodCurve],
+    curve: pod.PodCurve | None,
+    used: Sequence[pod.PodCurve],
     tested: TestedLevels,
     rules: Rules,
     notes: Notes,
     n_tried: int,
-) -> dict[str, DetectableSeverity]:
+) -> dict[str, pod.DetectableSeverity]:
     """Estimates from the curve, or else from the levels; bounds from the curves that are used."""
     confidences = {"q90_95": rules.confidence}
     if n_tried > 1:
         confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, n_tried)
-    bounds: dict[str, DetectableSeverity] = {}
+    bounds: dict[str, pod.DetectableSeverity] = {}
     for name, confidence in confidences.items():
         bound = notes.unless_refused(
             partial(_bound, used, tested, rules.probability, confidence, is_sure=curve is not None)
@@ -336,17 +317,19 @@ def _smallest(
     return estimates | bounds
 
 
-def _estimates(curve: PodCurve | None, tested: TestedLevels, rules: Rules) -> dict[str, DetectableSeverity]:
+def _estimates(
+    curve: pod.PodCurve | None, tested: TestedLevels, rules: Rules
+) -> dict[str, pod.DetectableSeverity]:
     """``q50`` and ``q90`` of a curve, or else interpolated between the tested levels."""
     return {
-        name: interpolated_level(tested.tally, probability=probability)
+        name: pod.interpolated_level(tested.tally, probability=probability)
         if curve is None
-        else smallest_detectable(curve, probability=probability, confidence=None)
+        else pod.smallest_detectable(curve, probability=probability, confidence=None)
         for name, probability in (("q50", 0.5), ("q90", rules.probability))
     }
 
 
-def _with_one_miss_more(curve: PodCurve, tested: TestedLevels) -> Sequence[PodCurve]:
+def _with_one_miss_more(curve: pod.PodCurve, tested: TestedLevels) -> Sequence[pod.PodCurve]:
     """Curves fitted with one detection fewer; none if these have no slope either.
 
     More hits never worsen a bound, so the bound of these curves is valid.
@@ -355,18 +338,18 @@ def _with_one_miss_more(curve: PodCurve, tested: TestedLevels) -> Sequence[PodCu
     if outcomes is None:
         return ()
     curves = _curves(tested, outcomes, curve.false_alarm_rate)
-    is_described = not lack_of_fit(curves[0]) < SIGNIFICANCE
+    is_described = not pod.lack_of_fit(curves[0]) < SIGNIFICANCE
     return curves if is_described and tested.lie_on_the_rise(curves[0]) else ()
 
 
 def _bound(
-    curves: Sequence[PodCurve],
+    curves: Sequence[pod.PodCurve],
     tested: TestedLevels,
     probability: float,
     confidence: float,
     *,
     is_sure: bool,
-) -> DetectableSeverity:
+) -> pod.DetectableSeverity:
     """Bound from the curves; if these were fitted with one miss more, at most the bound from the levels."""
     needed = records_needed(1.0 - probability, confidence)
     n_record = int(tested.tally.total.sum() if curves else tested.tally.total[-1])
@@ -378,7 +361,7 @@ def _bound(
             needed,
         )
     bounds = [
-        smallest_detectable(curve, probability=probability, confidence=confidence)
+        pod.smallest_detectable(curve, probability=probability, confidence=confidence)
         for curve in _plausible(curves, confidence)
     ]
     of_curves = [max(bounds, key=_upper)] if bounds else []
@@ -387,16 +370,16 @@ def _bound(
     return min((tested.bound(probability, confidence), *of_curves), key=_upper)
 
 
-def _upper(bound: DetectableSeverity) -> float:
+def _upper(bound: pod.DetectableSeverity) -> float:
     return math.inf if bound.value is None else bound.value
 
 
-def _plausible(curves: Sequence[PodCurve], confidence: float) -> list[PodCurve]:
+def _plausible(curves: Sequence[pod.PodCurve], confidence: float) -> list[pod.PodCurve]:
     """Curves that the likelihood ratio against the most likely one does not reject."""
     if not curves:
         return []
     largest = curves[0].log_likelihood
-    drop = quantile_of_chi_square(2.0 * confidence - 1.0)
+    drop = pod.quantile_of_chi_square(2.0 * confidence - 1.0)
     return [
         replace(curve, log_likelihood=largest)
         for curve in curves

@@ -151,17 +151,6 @@ def test_a_ready_machine_is_what_its_own_command_writes(name):
     assert body == sheet_text(stated, given)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        name if name == "machines/servo-press" else pytest.param(name, marks=pytest.mark.long)
-        for name in MACHINES
-    ],
-)
-def test_a_ready_machine_can_be_planned_as_it_is(name):
-    assert hydrofdi.plan(name).planned == 1460
-
-
 def without_study(file):
     """The experiment of a file with one record, on which the same options act as in a population."""
     made = load_experiment(file).model_dump(exclude_defaults=True)

@@ -51,6 +51,19 @@ def test_docstrings_are_needed(record):
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.parametrize("kilobytes", [60_000, 150_000])
+def test_too_little_memory_is_no_bug(record, kilobytes):
+    command = f"ulimit -v {kilobytes}; {' '.join(COMMAND)} inspect {record}"
+    done = subprocess.run(["sh", "-c", command], timeout=120, capture_output=True, text=True)
+    assert done.returncode in (0, 1, 2)
+    assert "Traceback" not in done.stderr
+
+
+def test_more_columns_than_a_sheet_has_are_refused(tmp_path):
+    (path := tmp_path / "rig.csv").write_text(f"time [s]{',x' * 20_000}\n", encoding="utf-8")
+    assert "columns" in run("inspect", path, check=2).stderr
+
+
 @pytest.mark.parametrize("command", ["inspect", "measure", "trend"])
 def test_a_pipe_without_a_writer_is_refused(tmp_path, command):
     os.mkfifo(pipe := tmp_path / "rig.csv")

@@ -13,13 +13,7 @@ from hydrofdi.detectors.trained.lines import WindowLine, line_record
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.commands import run_hydrofdi
-from tests.detectors.trained.made import (
-    FREQUENCY,
-    noise_detector,
-    pressure,
-    with_chart,
-    written,
-)
+from tests.detectors.trained.made import FREQUENCY, noise_detector, pressure, with_chart, written
 
 P1 = Channel.CHAMBER_1_PRESSURE
 N_SAMPLE = 1000

@@ -106,18 +106,6 @@ def test_the_file_is_planned_as_it_is_and_takes_minutes_at_most(template, tmp_pa
     assert max(map(len, text.splitlines())) <= 132
 
 
-@pytest.mark.parametrize("template", ["actuator", "online"])
-def test_indicators_know_the_data_sheet_of_the_file(template, tmp_path):
-    text = (ready_folder() / "templates" / f"{template}.yaml").read_text()
-    file = tmp_path / "mine.yaml"
-    file.write_text(text.replace("633 mm²", "1000 mm²").replace("0.0292 m^1.5", "0.03 m^1.5"))
-    experiment = load_experiment(file)
-    label = "flow_balance" if template == "actuator" else "weak_rls"
-    known = experiment.indicator_choice.made(experiment.wavelet)[label].options
-    assert known.piston_area == experiment.actuator.piston_area == pytest.approx(1e-3)
-    assert known.flow_gain == experiment.valve.flow_gain == 0.03
-
-
 def test_a_name_that_looks_like_a_number_is_text_and_an_existing_file_stays(tmp_path):
     for name in ("2024", "null", "1e3"):
         run("init", name, cwd=tmp_path, check=0)

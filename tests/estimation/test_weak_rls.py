@@ -6,24 +6,10 @@ import numpy as np
 import pytest
 
 from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
+from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
-from hydrofdi.indicators.estimation.weak_rls import (
-    CONDITION,
-    DISAGREEMENT,
-    MISFIT,
-    N_ESTIMATE,
-    Assumptions,
-    follow_windows,
-    new_scratch,
-    new_state,
-)
-from hydrofdi.indicators.models.volterra import (
-    lagged_values,
-    polynomial_terms,
-    regressors,
-    ridge_regression,
-)
+from hydrofdi.indicators.models import volterra
 
 ERROR = 4e-9
 
@@ -38,24 +24,21 @@ def equations(seed, n_window, n_chamber=2):
 
 
 def followed(
-    columns,
-    targets,
-    due,
-    memory=np.inf,
-    deviations=None,
-    counts=None,
-    state=None,
-    modulus=1e-12,
-    error=ERROR,
+    columns, targets, due, memory=np.inf, deviations=None, counts=None, state=None, modulus=1e-12, error=ERROR
 ):
     """Estimates (n_instant, N_ESTIMATE) after so many windows."""
     deviations = np.ones(N_UNKNOWN) if deviations is None else deviations
     counts = np.ones(columns.shape[:2]) if counts is None else counts
-    state = new_state(1, 1, columns.shape[2]) if state is None else state
-    out = np.full((1, 1, len(due), N_ESTIMATE), np.nan)
-    known, decays = Assumptions(deviations, error, 1.0, 0.032, modulus), np.array([np.exp(-1.0 / memory)])
+    state = weak_rls.new_state(1, 1, columns.shape[2]) if state is None else state
+    out = np.full((1, 1, len(due), weak_rls.N_ESTIMATE), np.nan)
+    known, decays = (
+        weak_rls.Assumptions(deviations, error, 1.0, 0.032, modulus),
+        np.array([np.exp(-1.0 / memory)]),
+    )
     priors = np.zeros((1, len(due), N_UNKNOWN))
-    follow_windows(columns, targets, counts, np.array(due), priors, known, decays, state, new_scratch(), out)
+    weak_rls.follow_windows(
+        columns, targets, counts, np.array(due), priors, known, decays, state, weak_rls.new_scratch(), out
+    )
     return out[0, 0]
 
 
@@ -72,10 +55,10 @@ def test_with_all_in_memory_the_estimates_are_those_of_one_regression(known):
     expected = np.linalg.solve(np.eye(len(rest)) + some.T @ some, some.T @ targets.reshape(800) / ERROR)
     np.testing.assert_allclose(found[rest], expected, rtol=1e-9)
     rows, left = columns[0].reshape(800, -1) * deviations / ERROR, targets - columns @ found[:N_UNKNOWN]
-    np.testing.assert_allclose(found[MISFIT], np.sqrt(np.mean(left**2)) / ERROR, rtol=1e-9)
+    np.testing.assert_allclose(found[weak_rls.MISFIT], np.sqrt(np.mean(left**2)) / ERROR, rtol=1e-9)
     normal = np.eye(N_UNKNOWN) + rows.T @ rows
     scaled = normal / np.sqrt(np.outer(np.diag(normal), np.diag(normal)))
-    np.testing.assert_allclose(found[CONDITION] ** 2, np.linalg.cond(scaled, 1), rtol=1e-9)
+    np.testing.assert_allclose(found[weak_rls.CONDITION] ** 2, np.linalg.cond(scaled, 1), rtol=1e-9)
 
 
 def test_what_is_not_excited_any_more_returns_to_its_prior():
@@ -105,13 +88,13 @@ def test_a_gap_is_a_status_from_then_on():
     columns, targets, _ = equations(5, 60)
     targets[0, 30, 0] = np.nan
     found = followed(columns, targets, [30, 31, 60])
-    assert np.isfinite(found[0, :DISAGREEMENT]).all()
+    assert np.isfinite(found[0, : weak_rls.DISAGREEMENT]).all()
     assert np.isnan(found[1:]).all()
 
 
 def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
     columns, targets, _ = equations(9, 62_500)
-    state = new_state(1, 1, 2)
+    state = weak_rls.new_state(1, 1, 2)
     long = followed(columns, targets, [62_500], memory=300.0, state=state)[0]
     fresh = followed(columns[:, -12_000:], targets[:, -12_000:], [12_000], memory=300.0)[0]
     np.testing.assert_allclose(long, fresh, rtol=1e-9)
@@ -163,27 +146,27 @@ def response(given, n_given, n_own, terms, coefficients):
 @pytest.mark.parametrize(("order", "n_given", "n_own"), [(1, 1, 1), (2, 3, 2), (3, 2, 0)])
 def test_a_known_system_has_its_coefficients(order, n_given, n_own):
     draw = np.random.default_rng(order)
-    terms = polynomial_terms(n_given + n_own, order)
+    terms = volterra.polynomial_terms(n_given + n_own, order)
     coefficients = draw.uniform(-0.3, 0.3, len(terms)) / len(terms)
     given = draw.uniform(-1.0, 1.0, 1500)
     signal = response(given, n_given, n_own, terms, coefficients)
-    columns = regressors(given, signal, n_given, n_own, terms)
-    found, left = ridge_regression(columns, signal[max(n_given, n_own) :], 0.0)
+    columns = volterra.regressors(given, signal, n_given, n_own, terms)
+    found, left = volterra.ridge_regression(columns, signal[max(n_given, n_own) :], 0.0)
     np.testing.assert_allclose(found, coefficients, atol=1e-8)
     assert left < 1e-10
 
 
 @pytest.mark.parametrize(("n_value", "order"), [(1, 1), (5, 2), (3, 4)])
 def test_there_is_a_term_for_each_product(n_value, order):
-    terms = polynomial_terms(n_value, order)
+    terms = volterra.polynomial_terms(n_value, order)
     assert len(set(terms)) == len(terms) == comb(n_value + order, order)
     assert terms[: n_value + 1] == ((), *((place,) for place in range(n_value)))
 
 
 def test_lagged_values_are_named_in_the_order_of_the_terms():
-    assert lagged_values("u", 2, "y", 1) == ("u1", "u2", "y1")
+    assert volterra.lagged_values("u", 2, "y", 1) == ("u1", "u2", "y1")
     given, signal = np.arange(10.0), 100.0 + np.arange(10.0)
-    columns = regressors(given, signal, 2, 1, polynomial_terms(3, 1))
+    columns = volterra.regressors(given, signal, 2, 1, volterra.polynomial_terms(3, 1))
     np.testing.assert_array_equal(columns[0], [1.0, given[1], given[0], signal[1]])
 
 
@@ -191,9 +174,9 @@ def test_a_ridge_is_that_of_the_normal_equations_and_what_is_not_determined_has_
     draw = np.random.default_rng(0)
     columns, target = draw.normal(size=(50, 4)), draw.normal(size=50)
     expected = np.linalg.solve(columns.T @ columns + 0.1 * 50 * np.eye(4), columns.T @ target)
-    np.testing.assert_allclose(ridge_regression(columns, target, 0.1)[0], expected, rtol=1e-10)
+    np.testing.assert_allclose(volterra.ridge_regression(columns, target, 0.1)[0], expected, rtol=1e-10)
     columns, target = np.ones((20, 2)), np.ones(20)
-    assert np.isnan(ridge_regression(columns, target, 0.0)[0]).all()
-    assert np.isfinite(ridge_regression(columns, target, 1e-6)[0]).all()
+    assert np.isnan(volterra.ridge_regression(columns, target, 0.0)[0]).all()
+    assert np.isfinite(volterra.ridge_regression(columns, target, 1e-6)[0]).all()
     target[3] = np.nan
-    assert np.isnan(ridge_regression(columns, target, 1e-6)[0]).all()
+    assert np.isnan(volterra.ridge_regression(columns, target, 1e-6)[0]).all()

@@ -4,16 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.change_point import (
-    AFTER,
-    FEWEST,
-    LAWS,
-    ChangePointModel,
-    Draws,
-    Estimate,
-    grown,
-    inliers,
-)
+from hydrofdi.evaluation import change_point
 from tests.evaluation import wear
 from tests.evaluation.repeats import holds_at_least, holds_in
 
@@ -23,7 +14,7 @@ DAYS = np.arange(float(N_DAY))
 
 @pytest.fixture(scope="module")
 def model():
-    return ChangePointModel(DAYS)
+    return change_point.ChangePointModel(DAYS)
 
 
 @pytest.mark.parametrize(
@@ -46,7 +37,8 @@ def test_onset_and_limit_lie_in_their_intervals(model, law):
         truth = wear.worn(seed, N_DAY, law, "AR(1) 0.5")
         draws = model.draws(truth.scores, 1000)
         onset, reached = (
-            Estimate.of(each, 0.9, draws.spacing) for each in (draws.onset, draws.reached(truth.limit))
+            change_point.Estimate.of(each, 0.9, draws.spacing)
+            for each in (draws.onset, draws.reached(truth.limit))
         )
         n_onset += onset.low <= truth.onset <= onset.high
         n_limit += reached.low <= truth.reached <= reached.high
@@ -63,12 +55,12 @@ def test_a_jump_in_a_gap_may_be_anywhere_between_the_points_around_it():
         kept = ((days < first) | (days >= first + 7)) & (random.random(n_day) > 0.1)
         scores = truth.scores.copy()
         scores[random.choice(np.flatnonzero(kept))] += 40.0
-        kept[kept] = inliers(scores[kept])
-        model = ChangePointModel(days[kept].astype(float))
+        kept[kept] = change_point.inliers(scores[kept])
+        model = change_point.ChangePointModel(days[kept].astype(float))
         if model.p_value(scores[kept], 199) > 0.01:
             continue
         draws = model.draws(scores[kept], 1000)
-        onset = Estimate.of(draws.onset, 0.95, draws.spacing)
+        onset = change_point.Estimate.of(draws.onset, 0.95, draws.spacing)
         n_found += 1
         n_onset += onset.low <= truth.onset <= onset.high
         widths.append(onset.high - onset.low)
@@ -79,12 +71,12 @@ def test_a_jump_in_a_gap_may_be_anywhere_between_the_points_around_it():
 
 def test_onsets_are_evenly_spread_also_over_gaps():
     gap = np.concatenate([np.arange(10.0), np.arange(17.0, 30.0)])
-    model = ChangePointModel(gap)
+    model = change_point.ChangePointModel(gap)
     sudden = model.onset[model.law == 0]
     np.testing.assert_allclose(np.diff(sudden), 1.0)
-    assert sudden[0] == AFTER - 0.5
-    assert sudden[-1] == 29.0 - AFTER + 0.5
-    whole = ChangePointModel(np.arange(400.0)).onset
+    assert sudden[0] == change_point.AFTER - 0.5
+    assert sudden[-1] == 29.0 - change_point.AFTER + 0.5
+    whole = change_point.ChangePointModel(np.arange(400.0)).onset
     assert whole.size < 1000, "not one for each of many points"
 
 
@@ -94,7 +86,7 @@ def test_intervals_are_no_wider_than_they_need_to_be(model):
         scores = wear.worn(seed, N_DAY, "sudden", "AR(1) 0.5")
         draws = model.draws(scores.scores, 1000)
         growth = scores.limit / (0.5 if np.isfinite(scores.reached) else 1.5)
-        found = Estimate.of(draws.growth, 0.8)
+        found = change_point.Estimate.of(draws.growth, 0.8)
         covered.append(found.low <= growth <= found.high)
     assert holds_in(sum(covered), 100, 0.8)
 
@@ -114,9 +106,11 @@ def test_statements_do_not_depend_on_the_unit_or_the_zero_of_the_score(model):
 
 
 def test_the_level_reaches_the_limit_when_it_is_said_to_and_at_the_stated_rate():
-    n_law, last = len(LAWS), 39.0
+    n_law, last = len(change_point.LAWS), 39.0
     ones = np.ones(n_law)
-    draws = Draws(DAYS, ones, 3.0 * ones, 20.0 * ones, np.arange(n_law), np.empty((n_law, 0)), ones, 0.5)
+    draws = change_point.Draws(
+        DAYS, ones, 3.0 * ones, 20.0 * ones, np.arange(n_law), np.empty((n_law, 0)), ones, 0.5
+    )
     at = draws.reached(4.5)
     assert at[0] == np.inf
     for law in range(1, n_law):
@@ -128,8 +122,8 @@ def test_the_level_reaches_the_limit_when_it_is_said_to_and_at_the_stated_rate()
 
 
 def test_levels_are_one_at_the_last_point_and_zero_before_the_onset():
-    laws = np.arange(len(LAWS))
-    shares = grown(np.array([5.0, 20.0, 39.0]), np.full(laws.size, 20.0), laws, 39.0)
+    laws = np.arange(len(change_point.LAWS))
+    shares = change_point.grown(np.array([5.0, 20.0, 39.0]), np.full(laws.size, 20.0), laws, 39.0)
     np.testing.assert_allclose(shares, [[0.0], [0.0], [1.0]] * np.ones(laws.size))
 
 
@@ -137,9 +131,9 @@ def test_a_covariate_is_taken_out():
     random = np.random.default_rng(2)
     warm = 10.0 * np.sin(DAYS / 12.0) + random.standard_normal(N_DAY)
     scores = 0.5 * warm + 0.3 * random.standard_normal(N_DAY)
-    with_warm = ChangePointModel(DAYS, warm)
+    with_warm = change_point.ChangePointModel(DAYS, warm)
     assert with_warm.p_value(scores, 199) > 0.05
-    slope = Estimate.of(with_warm.draws(scores, is_changed=False).slopes[:, 0], 0.99)
+    slope = change_point.Estimate.of(with_warm.draws(scores, is_changed=False).slopes[:, 0], 0.99)
     assert slope.low < 0.5 < slope.high
     assert slope.high - slope.low < 0.15
 
@@ -148,13 +142,13 @@ def test_single_outliers_are_left_out_and_a_lasting_change_is_not():
     truth = wear.worn(4, N_DAY, "sudden", "independent")
     scores = truth.scores.copy()
     scores[[5, 17, 39]] += [30.0, -25.0, 40.0]
-    assert np.flatnonzero(~inliers(scores)).tolist() == [5, 17, 39]
+    assert np.flatnonzero(~change_point.inliers(scores)).tolist() == [5, 17, 39]
 
 
 def test_short_histories_are_refused():
     with pytest.raises(NotStatedError) as refused:
-        ChangePointModel(np.arange(FEWEST - 1.0))
-    assert refused.value.records_needed == FEWEST
+        change_point.ChangePointModel(np.arange(change_point.FEWEST - 1.0))
+    assert refused.value.records_needed == change_point.FEWEST
 
 
 def test_the_evidence_of_a_change_is_its_integral_over_the_growth(model):
@@ -162,7 +156,7 @@ def test_the_evidence_of_a_change_is_its_integral_over_the_growth(model):
     scores = wear.worn(7, N_DAY, "linear", "independent").scores
     growths = np.linspace(-200.0, 200.0, 40001)
     changes = [3, 50, 120, 200]
-    columns = grown(DAYS, model.onset[changes], model.law[changes], DAYS[-1])
+    columns = change_point.grown(DAYS, model.onset[changes], model.law[changes], DAYS[-1])
     stated = next(model.evidences(scores[:, None]))[1][changes, 0] - np.log(model._prior[changes])
     left = (scores[:, None] - np.multiply.outer(column, growths) for column in columns.T)
     integrals = np.array([np.trapezoid(np.exp(next(model.evidences(each))[0] + 60.0)) for each in left])
@@ -171,7 +165,7 @@ def test_the_evidence_of_a_change_is_its_integral_over_the_growth(model):
 
 def test_the_correlation_of_two_points_depends_on_the_time_between_them():
     time = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 18.0, 19.0, 20.0])
-    noise = ChangePointModel(time).noises[1]
+    noise = change_point.ChangePointModel(time).noises[1]
     correlation = noise.cholesky @ noise.cholesky.T
     assert correlation[0, 1] == pytest.approx(0.2)
     assert correlation[8, 9] == pytest.approx(0.2**10)

@@ -216,10 +216,7 @@ def test_the_options_of_dwt_are_those_of_the_wavelet(tmp_path):
     assert load_experiment(short) == load_experiment(long)
 
 
-@pytest.mark.parametrize(
-    "label",
-    ["a.b", "../x", "", "run", "phase", "3", "-a", "ä", "a\n", "x" * 65],
-)
+@pytest.mark.parametrize("label", ["a.b", "../x", "", "run", "phase", "3", "-a", "ä", "a\n", "x" * 65])
 def test_a_label_that_a_file_cannot_hold_is_a_mistake(label: str) -> None:
     with pytest.raises(ConfigError) as error:
         make_indicators({label: {"kind": "dwt"}})
@@ -228,11 +225,7 @@ def test_a_label_that_a_file_cannot_hold_is_a_mistake(label: str) -> None:
 
 
 def test_no_label_is_the_name_of_a_variable_of_a_file() -> None:
-    variables = (
-        *names.REQUESTED,
-        *names.BY_LEVEL,
-        *names.stored_variables("all", phases=True),
-    )
+    variables = (*names.REQUESTED, *names.BY_LEVEL, *names.stored_variables("all", phases=True))
     dimensions = {names.RUN, names.TIME, names.LEVEL, names.PHASE}
     own = {names.OIL_TEMPERATURE}  # label of its mean in detectors
     assert {variable.name for variable in variables} | dimensions == TAKEN | own

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hydrofdi.physics.leakage import scored_share
 from hydrofdi.records import Channel
 from indicators.signals import KNOWN as ALL_KNOWN
 from indicators.signals import P1, P2, XV, U, X, assert_rows_stand_alone, batch, measured, noisy, simulated
@@ -85,6 +86,23 @@ def test_a_laminar_leak_is_seen_by_the_flow_past_piston_and_valve():
     laminar = *settings_of(GAP), "record.duration=6 s", "leakage.laminar_reference=10 MPa"
     values, _ = measured(simulated(*laminar, leaks=[1e-9], moduli=[551e6]), "flow_balance")
     np.testing.assert_allclose(values["cross_port_leakage"], 1e-9 * np.sqrt(10e6) * 0.8, rtol=0.2)
+
+
+@pytest.mark.parametrize("name", ["flow_balance", "weak_rls"])
+@pytest.mark.parametrize("chambers", ["both", 1])
+def test_the_mean_flow_of_a_score_in_a_part_of_the_stroke_comes_out(name, chambers):
+    centre, width = 2e-3, 10e-3
+    shown = simulated(
+        *settings_of(LOOP), "record.duration=20 s", "control.amplitude=20 mm", "input.shape=steps",
+        "input.period=1 s", f"leakage.scored_width={width}", f"leakage.scored_centre={centre}",
+        leaks=[0.0, 1e-9, 5e-9], moduli=[551e6] * 3,
+    )  # fmt: skip
+    flow = [0.0, 1e-9, 5e-9] * np.mean(
+        scored_share(shown[X], centre, width) * np.sqrt(np.abs(shown[P1] - shown[P2])), axis=1
+    )
+    values, _ = measured(shown, name, spool="command", chambers=chambers)
+    np.testing.assert_allclose(values["mean_leakage"], flow, rtol=0.15, atol=3e-7)
+    assert (np.abs(values["mean_leakage"] - flow) < 2.0 * values["mean_leakage_error"]).all()
 
 
 def test_a_wrong_area_or_volume_scales_what_it_should(runs):

@@ -12,15 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.physics import hydraulic_mode
 from hydrofdi.physics.control import pid_step
-from hydrofdi.physics.hydraulic_mode import (
-    amplification,
-    largest_stable_step,
-    leakage_conductance,
-    mode_damping_ratio,
-    mode_frequency,
-    valve_flow_pressure_coefficient,
-)
 from hydrofdi.quality.machine import step_limits
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
@@ -103,10 +96,12 @@ def test_motion_turns_unstable_at_the_limit_of_its_part(part: str, grows: bool) 
 @given(st.floats(min_value=math.pi / 2, max_value=math.pi), st.floats(min_value=0.01, max_value=1e5))
 def test_no_step_below_the_limit_amplifies(angle: float, size: float) -> None:
     eigenvalue = size * complex(math.cos(angle), math.sin(angle))
-    limit = largest_stable_step(eigenvalue)
-    factors = [abs(amplification(share * limit * eigenvalue)) for share in (0.25, 0.5, 0.75, 0.999)]
+    limit = hydraulic_mode.largest_stable_step(eigenvalue)
+    factors = [
+        abs(hydraulic_mode.amplification(share * limit * eigenvalue)) for share in (0.25, 0.5, 0.75, 0.999)
+    ]
     assert max(factors) <= 1.0 + 1e-9
-    assert abs(amplification(1.001 * limit * eigenvalue)) > 1.0
+    assert abs(hydraulic_mode.amplification(1.001 * limit * eigenvalue)) > 1.0
 
 
 STIFF: dict[str, tuple[str, dict[str, Any], float, float]] = {
@@ -151,13 +146,15 @@ def _opening(coefficient: float) -> float:
 
 
 def _formula(bulk_modulus: float, coefficient: float) -> tuple[float, float]:
-    omega = mode_frequency(bulk_modulus, (AREA, AREA), (VOLUME, VOLUME), MASS, STIFFNESS)
-    valve = valve_flow_pressure_coefficient(
+    omega = hydraulic_mode.mode_frequency(bulk_modulus, (AREA, AREA), (VOLUME, VOLUME), MASS, STIFFNESS)
+    valve = hydraulic_mode.valve_flow_pressure_coefficient(
         _opening(coefficient), 0.5 * (NOMINAL.supply.pressure - DIFFERENCE),
         NOMINAL.valve.flow_gain, NOMINAL.valve.area_gradient,
     )  # fmt: skip
-    conductance = leakage_conductance(DIFFERENCE, coefficient)
-    return omega, mode_damping_ratio(omega, bulk_modulus, VOLUME, MASS, VISCOUS, valve, conductance)
+    conductance = hydraulic_mode.leakage_conductance(DIFFERENCE, coefficient)
+    return omega, hydraulic_mode.mode_damping_ratio(
+        omega, bulk_modulus, VOLUME, MASS, VISCOUS, valve, conductance
+    )
 
 
 def _measured(velocity: NDArray[np.float64], step: float) -> tuple[float, float]:
@@ -207,6 +204,7 @@ def test_incompressible_limit_moves_the_piston_with_the_control_flow() -> None:
     speed = NOMINAL.valve.flow_gain * NOMINAL.valve.area_gradient * opening * math.sqrt(drop) / AREA
     swing = np.abs(motion["position"] - speed * step * np.arange(10_000)).max(axis=1)
     expected = [
-        speed / mode_frequency(modulus, (AREA, AREA), (VOLUME, VOLUME), MASS, 0.0) for modulus in moduli
+        speed / hydraulic_mode.mode_frequency(modulus, (AREA, AREA), (VOLUME, VOLUME), MASS, 0.0)
+        for modulus in moduli
     ]
     np.testing.assert_allclose(swing, expected, rtol=0.05)

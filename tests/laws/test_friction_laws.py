@@ -9,14 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config.sections.machine import FrictionConfig
-from hydrofdi.physics.friction import (
-    LAWS,
-    FrictionLaw,
-    bristle_friction,
-    decaying_exponential,
-    smooth_friction,
-    threshold_friction,
-)
+from hydrofdi.physics import friction
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.hydraulics import State, friction_of
 from hydrofdi.simulation.kernels.lanes import ModelOptions
@@ -26,11 +19,11 @@ PARAMETERS = FrictionConfig()
 
 
 def friction_force(velocity: float, p: FrictionConfig = PARAMETERS) -> float:
-    return threshold_friction(velocity, 0.0, p)[0]
+    return friction.threshold_friction(velocity, 0.0, p)[0]
 
 
 def smooth_friction_force(velocity: float) -> float:
-    return smooth_friction(velocity, 0.0, PARAMETERS)[0]
+    return friction.smooth_friction(velocity, 0.0, PARAMETERS)[0]
 
 
 speeds = st.floats(min_value=-2.0, max_value=2.0)
@@ -47,7 +40,7 @@ def test_friction_is_odd_takes_power_and_both_laws_agree_far_above_the_threshold
 
 @given(st.floats(min_value=0.0, max_value=200.0))
 def test_polynomial_exponential_is_exact_to_eleven_digits(exponent: float) -> None:
-    assert decaying_exponential(exponent) == pytest.approx(math.exp(-exponent), abs=3e-12)
+    assert friction.decaying_exponential(exponent) == pytest.approx(math.exp(-exponent), abs=3e-12)
 
 
 def test_friction_is_continuous_and_coulomb_and_viscous_alone_at_speed() -> None:
@@ -77,13 +70,13 @@ def test_smooth_friction_follows_the_hyperbolic_tangent_through_zero() -> None:
         assert smooth_friction_force(velocity) == pytest.approx(dry + 50.0 * velocity, rel=1e-8)
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
-def test_a_run_has_the_law_that_was_chosen(law: FrictionLaw) -> None:
+@pytest.mark.parametrize("law", friction.LAWS, ids=lambda law: law.name)
+def test_a_run_has_the_law_that_was_chosen(law: friction.FrictionLaw) -> None:
     p = FrictionConfig(bristle_stiffness=3e5).applied
     state = State(*[0.0] * len(State._fields))._replace(velocity=1e-4, bristle=1e-5)
     found = friction_of(state, p, ModelOptions(friction_law=law.name))
     assert found == law.friction(1e-4, 1e-5, p)
-    assert sum(found == other.friction(1e-4, 1e-5, p) for other in LAWS) == 1
+    assert sum(found == other.friction(1e-4, 1e-5, p) for other in friction.LAWS) == 1
 
 
 def test_scale_zero_is_the_actuator_without_dry_friction_also_on_bristles() -> None:
@@ -103,7 +96,7 @@ def test_without_dry_friction_bristles_are_a_threshold() -> None:
 def test_bristles_in_steady_motion_give_the_stribeck_force(velocity: float) -> None:
     dry = PARAMETERS.model_copy(update={"viscous": 0.0, "velocity_threshold": 1e-9})
     stribeck = friction_force(velocity, dry)
-    steady, rate = bristle_friction(velocity, stribeck / 5e6, PARAMETERS)
+    steady, rate = friction.bristle_friction(velocity, stribeck / 5e6, PARAMETERS)
     assert abs(rate) < 1e-9 * abs(velocity)
     assert steady == pytest.approx(stribeck + 50.0 * velocity, rel=1e-6)
 

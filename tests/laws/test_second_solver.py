@@ -11,13 +11,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import PAPER
+from hydrofdi.physics import fluid
 from hydrofdi.physics.equation import sine
-from hydrofdi.physics.fluid import (
-    LEAST_ABSOLUTE_PRESSURE,
-    binary_exponential,
-    binary_logarithm,
-    effective_bulk_modulus,
-)
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
@@ -105,10 +100,10 @@ exponents = st.floats(min_value=-1000.0, max_value=1000.0)
 def test_logarithm_and_power_have_the_stated_error_and_whole_powers_are_exact(
     value: float, exponent: float, whole: int
 ) -> None:
-    assert abs(binary_logarithm(value) - math.log2(value)) < ERROR + 2e-16 * abs(math.log2(value))
-    assert binary_exponential(exponent) == pytest.approx(math.pow(2.0, exponent), rel=ERROR, abs=0.0)
-    assert Fraction(float(binary_exponential(float(whole)))) == Fraction(2) ** whole
-    assert binary_logarithm(2.0**whole) == whole
+    assert abs(fluid.binary_logarithm(value) - math.log2(value)) < ERROR + 2e-16 * abs(math.log2(value))
+    assert fluid.binary_exponential(exponent) == pytest.approx(math.pow(2.0, exponent), rel=ERROR, abs=0.0)
+    assert Fraction(float(fluid.binary_exponential(float(whole)))) == Fraction(2) ** whole
+    assert fluid.binary_logarithm(2.0**whole) == whole
 
 
 @given(st.floats(min_value=-1e6, max_value=1e6))
@@ -126,18 +121,18 @@ def test_sine_of_turns_has_the_stated_error(turns: float) -> None:
 def test_modulus_is_the_printed_equation_over_all_usual_values(
     pressure: float, liquid: float, free_air: float, exponent: float, atmosphere: float
 ) -> None:
-    absolute = max(pressure + atmosphere, LEAST_ABSOLUTE_PRESSURE)
+    absolute = max(pressure + atmosphere, fluid.LEAST_ABSOLUTE_PRESSURE)
     liquid_volume = math.exp((atmosphere - absolute) / liquid)
     gas_volume = free_air * math.pow(atmosphere / absolute, 1.0 / exponent)
     slope = liquid_volume / liquid + gas_volume / (exponent * absolute)
-    modulus = effective_bulk_modulus(pressure, liquid, free_air, exponent, atmosphere)
+    modulus = fluid.effective_bulk_modulus(pressure, liquid, free_air, exponent, atmosphere)
     assert modulus == pytest.approx((liquid_volume + gas_volume) / slope, rel=4.0 * ERROR, abs=0.0)
 
 
 @pytest.mark.parametrize("pressure", [-1e12, -1e6, 0.0, 1e7, 1e12])
 def test_modulus_of_absurd_pressures_is_finite_and_that_of_none_is_not(pressure: float) -> None:
-    assert 0.0 < effective_bulk_modulus(pressure, 1.4e9, 0.01, 1.4, 101325.0) < math.inf
-    assert np.isnan(effective_bulk_modulus(np.nan, 1.4e9, 0.01, 1.4, 101325.0))
+    assert 0.0 < fluid.effective_bulk_modulus(pressure, 1.4e9, 0.01, 1.4, 101325.0) < math.inf
+    assert np.isnan(fluid.effective_bulk_modulus(np.nan, 1.4e9, 0.01, 1.4, 101325.0))
 
 
 CHOICES: dict[str, Values] = {

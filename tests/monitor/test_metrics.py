@@ -122,10 +122,10 @@ def test_silent_clients_are_dropped_and_nothing_listens_after_the_end(closing, m
         ("127.0.0.1", int(server.url.split(":")[2].partition("/")[0])),
     )
     with ExitStack() as stack:
-        clients = [stack.enter_context(socket.create_connection(address)) for _ in range(6)]
+        clients = [stack.enter_context(socket.create_connection(address)) for _ in range(20)]
         clients[0].sendall(b"GET /metrics HTTP/1.1\r\n")
         assert served(server)["hydrofdi_alarms_total",] == 0
-        assert threading.active_count() <= n_thread + 2
+        assert threading.active_count() <= n_thread + 2 * metrics._AT_ONCE
         with pytest.raises(ConfigError, match="in use"):
             MetricsServer("{}:{}".format(*address))
         server.close()
@@ -133,6 +133,17 @@ def test_silent_clients_are_dropped_and_nothing_listens_after_the_end(closing, m
         assert probe.connect_ex(address) != 0
     kinds = [event.kind for event in closing(MetricsServer("0.0.0.0:0")).said]
     assert kinds == ["notice", "insecure"]
+
+
+def test_clients_that_send_half_a_request_delay_no_others(closing, monkeypatch):
+    monkeypatch.setattr(metrics, "_PATIENCE", 3600.0)
+    server = closing(MetricsServer("127.0.0.1:0"))
+    MetricsSink(server, PRESS, FILE)
+    address = "127.0.0.1", int(server.url.split(":")[2].partition("/")[0])
+    with ExitStack() as stack:
+        for _ in range(5):
+            stack.enter_context(socket.create_connection(address)).sendall(b"GET /metrics HTTP/1.1\r\n")
+        assert served(server)["hydrofdi_alarms_total",] == 0
 
 
 @pytest.mark.parametrize("address", ["9464", "host:", ":9464", "host:99999", "a\0b:80"])

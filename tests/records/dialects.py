@@ -1,5 +1,7 @@
 """The same record as programs export it: text dialects by name."""
 
+from datetime import datetime, timedelta
+
 import numpy as np
 
 N_TIME, RATE = 400, 500.0
@@ -74,6 +76,12 @@ def long(sep, head, entry):
     )  # fmt: skip
 
 
+def date(n, form):
+    """A date with three decimals, whose format ends with the seconds."""
+    at = datetime(2026, 11, 2, 13, 59, 59, 500_000) + timedelta(seconds=n / RATE)
+    return at.strftime(form).replace("%%", f"{at.microsecond // 1000:03}")
+
+
 def thousands(sign, decimal, sep):
     kpa = np.column_stack([ROWS[:, 0], ROWS[:, 1:3] * 100.0])
     form = [[f"{value:,.6f}".translate(str.maketrans(",.", sign + decimal)) for value in row] for row in kpa]
@@ -133,8 +141,31 @@ TEXTS = {
     "excel.csv": of_time("time", lambda n: f"{46_327.5 + n * 0.002 / 86_400.0:.12f}"),
     "time_of_day.csv": of_time("time", of_day),
     "date_and_time.csv": of_time("Date,Time", lambda n: f"2026-05-05,{of_day(n, 43_200_000)}"),
+    "am_pm.txt": of_time("Time", lambda n: date(n, "%m/%d/%Y %I:%M:%S.%%%% %p")),
+    "short_years.csv": of_time("time", lambda n: date(n, "%d.%m.%y %H:%M:%S.%%%%")),
+    "colons.csv": of_time("Date,Time", lambda n: date(n, "11/02/2026,%H:%M:%S:%%%%")),
+    "basic.csv": of_time("time", lambda n: date(n, "%Y%m%dT%H%M%S.%%%%")),
+    "minutes.csv": of_time("time", lambda n: f"{n / RATE / 60.0:.12f}"),
+    "hours.csv": of_time("time", lambda n: f"{n / RATE / 3600.0:.13f}"),
+    "french.csv": lines(
+        ["Temps (s);Pression A (bar);Pression B (bar);Déplacement (mm);Tension (V)"], ";", ","
+    ),
+    "apostrophes.csv": thousands("'", ".", ";"),
+    "narrow_blanks.csv": thousands("\u202f", ",", ";"),
+    "minus.csv": lines([",".join(TITLES)]).replace("-", "\u2212"),
+    "paths.csv": lines(
+        ["XIL API,ControlDesk", "time,Root/P1,Root/P2,Root/x,Root/u", "[s],[bar],[bar],[mm],[V]"]
+    ),
     "missing.csv": lines([",".join(TITLES)]) + "0.8,#N/A,OL,-nan(ind),1.#QNAN\n0.802,80,90,1,1\n",
 }  # fmt: skip
 """File → text."""
+ENCODINGS = {"french.csv": "cp1252", "minus.csv": "utf-16"}
+
+
+def content(name):
+    """Bytes of a file."""
+    return TEXTS[name].encode(ENCODINGS.get(name, "utf-8"))
+
+
 WITHOUT_UNITS = {"home_assistant.csv", "wincc.csv"}
 """Texts that state no unit of a pressure."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.records.source import measured_source, plain_source, write_description
-from tests.records.dialects import TEXTS
+from tests.records.dialects import content
 
 SITUATIONS = {
     "commas.csv": "decimal commas between semicolons (Excel, German)",
@@ -35,6 +35,17 @@ SITUATIONS = {
     "excel.csv": "the same, in days of Excel",
     "time_of_day.csv": "times of day, past midnight",
     "date_and_time.csv": "date and time in two columns",
+    "am_pm.txt": "dates such as `11/02/2026 01:59:59.500 PM` (LabVIEW, USA)",
+    "short_years.csv": "dates such as `02.11.26 13:59:59.500`",
+    "colons.csv": "`11/02/2026` and `13:59:59:500` in two columns (Rockwell)",
+    "basic.csv": "dates such as `20261102T135959.500`",
+    "minutes.csv": "a column `time` without a unit, in minutes",
+    "hours.csv": "the same, in hours",
+    "french.csv": "French names in the encoding of Windows (Excel)",
+    "apostrophes.csv": "thousands, as in `8'600.0` (Swiss)",
+    "narrow_blanks.csv": "thousands with narrow blanks (French)",
+    "minus.csv": "typographic minus signs, UTF-16",
+    "paths.csv": "dSPACE ControlDesk: names such as `Root/P1`",
     "missing.csv": "`#N/A`, `OL`, `-nan(ind)`, `1.#QNAN` for missing values",
 }
 """File → what is special."""
@@ -64,7 +75,7 @@ def table():
     with tempfile.TemporaryDirectory() as folder:
         for name, situation in SITUATIONS.items():
             file = Path(folder) / name
-            file.write_text(TEXTS[name], encoding="utf-8")
+            file.write_bytes(content(name))
             with_it = outcome(proposed, file)
             if with_it == "refused" and "…" in file.with_suffix(".yaml").read_text(encoding="utf-8"):
                 with_it = "read, after the units of the channels are filled in"

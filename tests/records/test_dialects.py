@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.records.source import measured_source, plain_source, write_description
 from tests.conftest import REPOSITORY
-from tests.records.dialects import RATE, ROWS, TEXTS, TIME, TITLES, WITHOUT_UNITS, lines
+from tests.records.dialects import RATE, ROWS, TEXTS, TIME, TITLES, WITHOUT_UNITS, content, lines
 from tests.records.exports import table
 from tests.records.measuring import P1, P2, POSITION
 
 PLAIN = {"plain.csv", "sep_point.csv", "exponents.csv", "underscores.csv", "units_row.csv", "groups.csv",
-         "time_of_day.csv", "date_and_time.csv"}  # fmt: skip
+         "time_of_day.csv", "date_and_time.csv", "basic.csv"}  # fmt: skip
 """Texts that need no description."""
 
 
@@ -35,7 +35,7 @@ def proposal(file):
 
 def written(folder, name, text=None):
     file = folder / name
-    file.write_text(TEXTS[name] if text is None else text, encoding="utf-8")
+    file.write_bytes(content(name) if text is None else text.encode())
     return file
 
 

@@ -1,5 +1,7 @@
 """MDF4, TDMS, compound HDF5 and dSPACE structures: channels at their own rates, in the units of the file."""
 
+from datetime import UTC, datetime, timedelta
+
 import h5py
 import numpy as np
 import pytest
@@ -16,10 +18,14 @@ CHANNELS = {"P1": ("bar", 1e5, 1), "P2": ("bar", 1e5, 2), "x": ("mm", 1e-3, 3), 
 KEYS = {"P1": P1, "P2": P2, "x": POSITION, "u": VOLTAGE}
 
 
+START = datetime(2026, 5, 5, 22, 0, 0, 250_000, UTC)
+
+
 def mdf(file, slow=()):
     """Channels at 500 Hz, and others in a group of their own at 100 Hz that begins 0.3 ms later."""
     library = pytest.importorskip("asammdf")
     with library.MDF() as written:
+        written.start_time = written.header.start_time = START
         for names, every, start in ((CHANNELS.keys() - set(slow), 1, 0.0), (slow, 5, 3e-4)):
             signals = [
                 library.Signal(
@@ -32,12 +38,15 @@ def mdf(file, slow=()):
         written.save(file)
 
 
-def tdms(file, slow=()):
+def tdms(file, slow=(), late=0.0):
+    """The same, where slow channels have a start of their own."""
     library = pytest.importorskip("nptdms")
     channels = []
     for name, (unit, _, column) in CHANNELS.items():
         every = 5 if name in slow else 1
+        start = START + timedelta(seconds=late * (name in slow))
         waveform = {"wf_increment": every / RATE, "wf_start_offset": 0.0, "unit_string": unit}
+        waveform["wf_start_time"] = start.replace(tzinfo=None)
         channels.append(library.ChannelObject("rig", name, ROWS[::every, column], waveform))
     with library.TdmsWriter(str(file)) as writer:
         writer.write_segment(channels)
@@ -65,6 +74,21 @@ def test_units_and_names_come_from_the_file(tmp_path, name):
     write_description(tmp_path / name, tmp_path / "rig.yaml")
     require_right(read(measured_source(tmp_path / "rig.yaml")))
     require_right(read(plain_source(tmp_path)))
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_the_date_of_a_record_is_the_start_that_the_file_states(tmp_path, name):
+    WRITERS[name](tmp_path / name)
+    assert read(plain_source(tmp_path / name)).dates == pytest.approx([START.timestamp()], abs=1e-3)
+
+
+def test_channels_of_tdms_that_begin_later_are_read_at_their_instants(tmp_path):
+    tdms(tmp_path / "run.tdms", slow=["x"], late=0.1)
+    batch = read(plain_source(tmp_path / "run.tdms"))
+    first = round(batch.start_time * RATE)
+    assert (first, batch.dates) == (50, (pytest.approx(START.timestamp() + 0.1, abs=1e-6),))
+    expected = np.interp(TIME[first : first + batch.n_time], TIME[::5] + 0.1, ROWS[::5, 3] * 1e-3)
+    np.testing.assert_allclose(batch[POSITION][0], expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", WRITERS)

@@ -14,9 +14,9 @@ import pytest
 from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
+from hydrofdi.engine import TaskFailure
 from hydrofdi.errors import StoreError, SweepInterrupted
 from hydrofdi.execution import InProcessEngine, LocalPoolEngine
-from hydrofdi.execution.engine import TaskFailure
 from tests.commands import COMMAND, run, run_json
 from tests.runner.processes import kill, nobody_left, says, shards, start, wait_until, workers
 

@@ -3,19 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.sensing import (
-    LagLanes,
-    Measurement,
-    feedback_noise,
-    first_order_lag,
-    gaussian_noise,
-    interpolated_signal,
-    quantisation_noise,
-    quantised,
-    sampling_instants,
-    saturated,
-    second_order_lag,
-)
+from hydrofdi import sensing
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -29,11 +17,11 @@ SIGMA, MANY = 5e3, 2**17
 
 @pytest.fixture(scope="module")
 def noise():
-    return gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
+    return sensing.gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
 
 
 def test_noise_is_white_and_gaussian_and_has_in_every_level_the_rms_that_its_gain_says():
-    noise = gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
+    noise = sensing.gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
     assert np.std(noise) == pytest.approx(SIGMA, rel=4.0 / np.sqrt(2 * MANY))
     assert abs(np.mean(noise)) < 4.0 * SIGMA / np.sqrt(MANY)
     correlations = [np.mean(noise[lag:] * noise[:-lag]) / SIGMA**2 for lag in range(1, 33)]
@@ -52,21 +40,21 @@ def test_quantised_signal_lies_on_the_levels_and_errs_by_white_noise(bits):
     lowest, highest = -2e5, 25e6
     resolution = (highest - lowest) / (2**bits - 1)
     signal = np.random.default_rng(2).uniform(lowest, highest, MANY)
-    shown = quantised(signal, lowest, resolution)
+    shown = sensing.quantised(signal, lowest, resolution)
     codes = (shown - lowest) / resolution
     np.testing.assert_allclose(codes, np.round(codes), atol=1e-9)
     assert codes.min() >= 0
     assert codes.max() <= 2**bits - 1 + 1e-9
     assert np.max(np.abs(shown - signal)) <= resolution / 2 * (1 + 1e-9)
-    assert np.std(shown - signal) == pytest.approx(quantisation_noise(resolution), rel=0.01)
+    assert np.std(shown - signal) == pytest.approx(sensing.quantisation_noise(resolution), rel=0.01)
 
 
 def test_jitter_of_a_sine_is_its_slope_times_the_jitter_within_the_record():
     rate, jitter, amplitude, frequency = 500.0, 2e-5, 3e6, 20.0
     time = np.arange(100_000) / rate
     sine = amplitude * np.sin(2 * np.pi * frequency * time)
-    instants = sampling_instants(time, jitter, np.random.default_rng(5))
-    error = interpolated_signal(sine, time, instants) - sine
+    instants = sensing.sampling_instants(time, jitter, np.random.default_rng(5))
+    error = sensing.interpolated_signal(sine, time, instants) - sine
     expected = 2 * np.pi * frequency * amplitude * jitter / np.sqrt(2)
     assert np.sqrt(np.mean(error**2)) == pytest.approx(expected, rel=0.02)
     assert time[0] <= instants.min() <= instants.max() <= time[-1]
@@ -83,7 +71,7 @@ STEP = np.concatenate([np.zeros(10), np.ones(390)])
 
 def shown(signal, *lags):
     values = signal[:, None].copy()
-    LagLanes([lags]).advance(values)
+    sensing.LagLanes([lags]).advance(values)
     return values[:, 0]
 
 
@@ -102,22 +90,24 @@ def _second_ramp(time, zeta):
 
 def test_first_order_lag_answers_a_step_as_its_closed_form_and_decays_to_zero():
     ramps = _first_ramp(TIME - TIME[9]) - _first_ramp(TIME - TIME[10])
-    np.testing.assert_allclose(shown(STEP, first_order_lag(ANGLE)), ramps / INTERVAL, atol=1e-11)
+    np.testing.assert_allclose(shown(STEP, sensing.first_order_lag(ANGLE)), ramps / INTERVAL, atol=1e-11)
     fallen = np.concatenate([np.ones(1), np.zeros(99_999)])
-    assert shown(fallen, first_order_lag(0.01))[-1] == 0.0
-    assert shown(fallen, second_order_lag(0.01, 0.7))[-1] == 0.0
+    assert shown(fallen, sensing.first_order_lag(0.01))[-1] == 0.0
+    assert shown(fallen, sensing.second_order_lag(0.01, 0.7))[-1] == 0.0
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.7])
 def test_second_order_lag_answers_a_step_as_its_closed_form(zeta):
     ramps = _second_ramp(TIME - TIME[9], zeta) - _second_ramp(TIME - TIME[10], zeta)
-    np.testing.assert_allclose(shown(STEP, second_order_lag(ANGLE, zeta)), ramps / INTERVAL, atol=1e-11)
+    np.testing.assert_allclose(
+        shown(STEP, sensing.second_order_lag(ANGLE, zeta)), ramps / INTERVAL, atol=1e-11
+    )
 
 
 @pytest.mark.parametrize("angle", [1e-6, 1e5])
 def test_a_constant_is_shown_from_the_first_step_on_to_the_bit(angle):
     constant = np.full(500, 9.3e6)
-    lags = first_order_lag(angle), second_order_lag(angle, 0.7)
+    lags = sensing.first_order_lag(angle), sensing.second_order_lag(angle, 0.7)
     np.testing.assert_array_equal(shown(constant, *lags), constant)
 
 
@@ -126,20 +116,20 @@ def test_a_very_slow_lag_is_exact_after_many_steps():
     omega, steps = 2.0 * np.pi * 0.01, np.arange(1_200_000)
     ramp = 1e-4 * steps
     lagging = ramp - 1.0 / omega * -np.expm1(-omega * ramp)
-    np.testing.assert_allclose(shown(ramp, first_order_lag(1e-4 * omega)), lagging, atol=1e-7)
+    np.testing.assert_allclose(shown(ramp, sensing.first_order_lag(1e-4 * omega)), lagging, atol=1e-7)
 
 
 LANES = [
     (),
-    (first_order_lag(0.05),),
-    (second_order_lag(0.1, 0.7), second_order_lag(0.2, 0.4)),
+    (sensing.first_order_lag(0.05),),
+    (sensing.second_order_lag(0.1, 0.7), sensing.second_order_lag(0.2, 0.4)),
 ] * 11  # fmt: skip
 
 
 @pytest.mark.parametrize("cuts", [[], [7, 8, 399], list(range(1, 400))])
 def test_bits_depend_neither_on_stretches_nor_on_neighbours(cuts):
     signals = np.random.default_rng(4).normal(size=(400, len(LANES)))
-    cut, together = signals.copy(), LagLanes(LANES)
+    cut, together = signals.copy(), sensing.LagLanes(LANES)
     for stretch in np.split(cut, cuts):
         together.advance(stretch)
     for lane, lags in enumerate(LANES):
@@ -160,7 +150,7 @@ NOISY = {
 
 def measured(*runs):
     """What happened, and what the sensors show."""
-    sensors = Measurement(runs)
+    sensors = sensing.Measurement(runs)
     truth = simulate_batch(runs, [2e-9] * len(runs), sensors)
     return truth, sensors.show(truth)
 
@@ -204,13 +194,13 @@ def test_controller_reads_what_the_record_shows_at_the_same_instants(sample_time
 
 def test_noise_between_the_samples_is_as_strong_and_its_own_and_density_that_of_the_rate_of_the_controller():
     quiet = NOISY | {"position_sensor.hum": 0.0, "control.sample_time": 0.2e-3}
-    noise = feedback_noise(LOOP.with_values(quiet))
+    noise = sensing.feedback_noise(LOOP.with_values(quiet))
     assert noise is not None
     assert noise.size == 10_000
     assert np.std(noise) == pytest.approx(20e-6, rel=0.05)
     assert abs(np.corrcoef(noise[1:], noise[:-1])[0, 1]) < 0.05
     dense = {"position_sensor.noise_density": 1e-6, "measurement.anti_alias": 50.0}
-    noise = feedback_noise(LOOP.with_values(dense | {"control.sample_time": 0.2e-3}))
+    noise = sensing.feedback_noise(LOOP.with_values(dense | {"control.sample_time": 0.2e-3}))
     assert noise is not None
     assert np.std(noise) == pytest.approx(1e-6 * np.sqrt(0.5 / 0.2e-3), rel=0.05)
 
@@ -219,7 +209,7 @@ def test_reading_leaves_neither_its_range_nor_its_levels():
     truth, _ = measured(LOOP.with_values(NOISY | {"position_sensor.highest": 1e-4}))
     read = (truth.reference_position - truth.input_voltage)[0]
     assert read.max() == pytest.approx(1e-4, abs=1e-12)
-    levels = quantised(saturated(read, -0.05, 1e-4), -0.05, 0.0501 / 4095)
+    levels = sensing.quantised(sensing.saturated(read, -0.05, 1e-4), -0.05, 0.0501 / 4095)
     np.testing.assert_allclose(read, levels, atol=1e-12)
 
 
@@ -236,7 +226,7 @@ def test_solver_reads_the_same_as_the_kernel():
     run = LOOP.with_values(
         NOISY | {"control.proportional_gain": 50.0, "record.duration": 0.5, "input.period": 0.5}
     )
-    sensors = Measurement([run])
+    sensors = sensing.Measurement([run])
     ours = simulate_batch([run], [2e-9], sensors)
     theirs = simulate_with_solver([run], [2e-9], "lsoda", tap=sensors)
     np.testing.assert_allclose(ours.piston_position, theirs.piston_position, atol=5e-6)

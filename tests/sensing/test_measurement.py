@@ -6,26 +6,14 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi.api.stored import read_results
-from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
-from hydrofdi.config.request import SENSING, parameter_unit
+from hydrofdi import execution, sensing
+from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment, request
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution import Job, compute_columns
-from hydrofdi.report.runs import run_table
-from hydrofdi.sensing import (
-    CHANNELS,
-    CLOCK,
-    Measurement,
-    interpolated_signal,
-    random_generator,
-    sampling_instants,
-    sensor_reading,
-)
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
+from tests import machines
 from tests.commands import run_hydrofdi
-from tests.conftest import REPOSITORY, sweep_in, swept
-from tests.machines import RIG, settings_of
+from tests.conftest import sweep_in
 
 SIGNALS = [variable.name for variable in stored_variables("all") if variable.is_signal]
 NOISY = (
@@ -38,13 +26,13 @@ NOISY = (
 
 def run_with(*settings):
     warming = ["fluid.temperature=45 °C", "fluid.temperature_drift=1 K/s"]
-    usual = [*settings_of(RIG), "record.duration=2 s", "input.period=0.5 s", *warming]
+    usual = [*machines.settings_of(machines.RIG), "record.duration=2 s", "input.period=0.5 s", *warming]
     return load_experiment(None, [*usual, *settings]).nominal_parameters
 
 
 def columns_of(runs, coefficients):
-    return compute_columns(
-        [Job.of(RunSpec(run), "run", K_i) for run, K_i in zip(runs, coefficients, strict=True)]
+    return execution.compute_columns(
+        [execution.Job.of(RunSpec(run), "run", K_i) for run, K_i in zip(runs, coefficients, strict=True)]
     )
 
 
@@ -68,25 +56,25 @@ def varied():
 
 @pytest.fixture(scope="module")
 def ideal():
-    return columns_of([run.with_defaults(SENSING) for run in VARIED], VARIED_LEAKS)
+    return columns_of([run.with_defaults(request.SENSING) for run in VARIED], VARIED_LEAKS)
 
 
 def test_every_measurable_signal_has_a_channel_and_every_channel_a_section():
     without = {"internal_leakage_flow", "load_force", "reference_position"}
-    assert {channel.signal for channel in CHANNELS} == set(SIGNALS) - without
+    assert {channel.signal for channel in sensing.CHANNELS} == set(SIGNALS) - without
     sections = [name for name in RunParameters.model_fields if name.endswith("_sensor")]
-    assert sorted(channel.section for channel in CHANNELS) == sorted(sections)
+    assert sorted(channel.section for channel in sensing.CHANNELS) == sorted(sections)
 
 
 def test_without_sensors_the_trajectory_itself_is_handed_on():
     run = run_with("measurement.seed=7", "pressure_1_sensor.damping_ratio=0.5")
     trajectory = simulate_batch([run], [0.0])
-    assert Measurement([run]).show(trajectory) is trajectory
+    assert sensing.Measurement([run]).show(trajectory) is trajectory
 
 
 def test_what_happened_is_judged_and_what_is_measured_is_stored(varied, ideal):
     features = {"detail_rms", "approximation_rms", "mean_chamber_1_pressure"}
-    measured = features | {channel.signal for channel in CHANNELS}
+    measured = features | {channel.signal for channel in sensing.CHANNELS}
     for name, values in varied.items():
         if name not in ("dwt.analysis_id", "dwt.obstacle"):
             same = have_same_bits(values, ideal[name])
@@ -108,20 +96,22 @@ def test_runs_that_differ_in_leakage_or_seed_have_independent_noise():
         for others in ((), ("leakage.internal_coefficient=2e-9",), ("measurement.seed=1",))
     ]
     silence, time = np.zeros(1000), np.arange(1000) / 500.0
-    draws = [sensor_reading(CHANNELS[0], run, silence, time) for run in noisy]
-    draws.append(sensor_reading(CHANNELS[1], noisy[0], silence, time))
+    draws = [sensing.sensor_reading(sensing.CHANNELS[0], run, silence, time) for run in noisy]
+    draws.append(sensing.sensor_reading(sensing.CHANNELS[1], noisy[0], silence, time))
     correlations = np.corrcoef(draws)[np.triu_indices(len(draws), 1)]
     assert np.max(np.abs(correlations)) < 4.5 / np.sqrt(1000)
-    np.testing.assert_array_equal(sensor_reading(CHANNELS[0], noisy[0], silence, time), draws[0])
+    np.testing.assert_array_equal(
+        sensing.sensor_reading(sensing.CHANNELS[0], noisy[0], silence, time), draws[0]
+    )
 
 
 def test_one_clock_samples_all_channels():
     run = run_with("measurement.jitter=0.1 ms")
     happened, columns = simulate_batch([run], [0.0]), columns_of([run], [0.0])
-    instants = sampling_instants(happened.time, 1e-4, random_generator(run, CLOCK))
-    for channel in CHANNELS:
+    instants = sensing.sampling_instants(happened.time, 1e-4, sensing.random_generator(run, sensing.CLOCK))
+    for channel in sensing.CHANNELS:
         record = getattr(happened, channel.signal)[0]
-        expected = interpolated_signal(record, happened.time, instants)
+        expected = sensing.interpolated_signal(record, happened.time, instants)
         np.testing.assert_array_equal(columns[channel.signal][0], expected, err_msg=channel.signal)
 
 
@@ -129,7 +119,7 @@ def test_errors_come_before_the_range_and_the_range_before_the_levels():
     run = run_with("pressure_1_sensor={bias: 1 MPa, lowest: 0, highest: 4 MPa, bits: 2}")
     signal, time = np.array([-2e6, 0.1e6, 0.7e6, 9e6]), np.arange(4) / 500.0
     levels = np.array([0.0, 4e6 / 3, 4e6 / 3, 4e6])
-    np.testing.assert_allclose(sensor_reading(CHANNELS[0], run, signal, time), levels)
+    np.testing.assert_allclose(sensing.sensor_reading(sensing.CHANNELS[0], run, signal, time), levels)
 
 
 def test_a_run_that_failed_does_not_disturb_its_neighbours(varied):
@@ -174,10 +164,10 @@ def test_quantities_have_the_unit_of_their_channel():
     assert sensor.position_sensor.noise == 5e-6
     assert sensor.position_sensor.lowest == -0.2
     assert sensor.position_sensor.drift == pytest.approx(1e-6 / 60)
-    assert parameter_unit("pressure_2_sensor.lowest") == "Pa"
-    assert parameter_unit("velocity_sensor.noise_density") == "m/s/Hz^0.5"
-    assert parameter_unit("velocity_sensor.drift") == "m/s^2"
-    assert parameter_unit("voltage_sensor.bits") is None
+    assert request.parameter_unit("pressure_2_sensor.lowest") == "Pa"
+    assert request.parameter_unit("velocity_sensor.noise_density") == "m/s/Hz^0.5"
+    assert request.parameter_unit("velocity_sensor.drift") == "m/s^2"
+    assert request.parameter_unit("voltage_sensor.bits") is None
 
 
 SWEEP = """\
@@ -236,17 +226,3 @@ def test_replicates_differ_in_what_is_measured_and_agree_in_what_happened(measur
             assert not np.array_equal(file["detail_rms"][first], file["detail_rms"][second])
             for name in ("energy_residual", "chamber_1_pressure_max", "internal_leakage_flow", "verdict"):
                 np.testing.assert_array_equal(file[name][first], file[name][second])
-
-
-def test_ready_sweep_over_noise_shows_the_spread_of_the_healthy_actuator(tmp_path):
-    config = REPOSITORY / "configs" / "sensor-noise.yaml"
-    sweep = swept(tmp_path, config, "--set", "record.duration=2 s")
-    table = run_table(read_results(sweep.directory))
-    spreads = {}
-    sealed = table.of(table.is_sealed)
-    for labels, delta in zip(sealed.labels, sealed.changes("fixed"), strict=True):
-        if labels["measurement.seed"] < 8:
-            spreads.setdefault(labels["pressure_1_sensor.noise"], []).append(delta[0])
-    assert [len(values) for values in spreads.values()] == [8, 8, 8]
-    deviations = [np.std(spreads[noise]) for noise in (1e3, 5e3, 20e3)]
-    assert 0.0 < deviations[0] < deviations[1] < deviations[2]

@@ -10,7 +10,7 @@ from markdown_it import MarkdownIt
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-ROOMS = [DOCS, *(DOCS / room for room in ("tutorials", "how-to", "explanation", "decisions"))]
+ROOMS = [DOCS, *(DOCS / room for room in ("tutorials", "how-to", "explanation"))]
 PAGES = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
     *(page for room in ROOMS for page in sorted(room.glob("*.md"))),

@@ -14,8 +14,8 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.runs import study_roles
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Kind
-from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.records import RecordBatch, RecordSource
+from hydrofdi.records.copies import Copies, sketch_of
 from hydrofdi.records.source import MeasuredSource
 from hydrofdi.report.runs import external_coefficients
 from hydrofdi.store.records import StoredRecords
@@ -45,7 +45,7 @@ class LeftOut:
     n_rejected: int = 0
     n_repeated: int = 0
     first_rejection: str = ""
-    first_repeat: str = ""
+    repeats: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -78,14 +78,15 @@ class HealthyRecords:
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """Healthy records."""
-        self.n_taken, self.left_out, found, seen = 0, LeftOut(), set[str](), dict[bytes, str]()
+        self.n_taken, self.left_out, found = 0, LeftOut(), set[str]()
+        copies, names = Copies(), list[str]()
         for source in self.sources:
             for batch in self._of_source(source, found):
                 self.left_out.n_rejected += len(batch.rejected)
                 for each in batch.rejected[:1]:
                     first = f"{each.record_id}: {each.remark.message}"
                     self.left_out.first_rejection = self.left_out.first_rejection or first
-                distinct = self._distinct(batch, seen)
+                distinct = self._distinct(batch, copies, names, is_near=isinstance(source, MeasuredSource))
                 self.n_taken += distinct.n_record
                 if distinct.n_record:
                     yield distinct if labels else replace(distinct, labels=None)
@@ -121,16 +122,18 @@ class HealthyRecords:
         self.left_out.n_leaking += batch.n_record - len(rows) - n_unlabelled
         return replace(batch.rows(rows), rejected=batch.rejected)
 
-    def _distinct(self, batch: RecordBatch, seen: dict[bytes, str]) -> RecordBatch:
+    def _distinct(
+        self, batch: RecordBatch, copies: Copies, names: list[str], *, is_near: bool
+    ) -> RecordBatch:
         rows, left = [], self.left_out
         for row, record_id in enumerate(batch.record_ids):
-            digest, source = samples_digest(batch, row), batch.sources[row]
-            if digest not in seen:
-                seen[digest] = record_id if record_id == source else f"{source} {record_id}"
+            number, source = copies.find(sketch_of(batch, row, is_near=is_near)), batch.sources[row]
+            if number is None:
+                names.append(record_id if record_id == source else f"{source} {record_id}")
                 rows.append(row)
             else:
                 left.n_repeated += 1
-                left.first_repeat = left.first_repeat or f"{record_id} repeats {seen[digest]}"
+                left.repeats.append(f"{record_id} repeats {names[number]}")
         return batch if len(rows) == batch.n_record else batch.rows(rows)
 
 

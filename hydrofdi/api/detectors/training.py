@@ -19,13 +19,7 @@ from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.api.stored import read_results
 from hydrofdi.detectors.rules import Promise
-from hydrofdi.detectors.trained.configuration import (
-    DetectorConfig,
-    WindowConfig,
-    feature_of,
-    stated_detector,
-    stated_indicators,
-)
+from hydrofdi.detectors.trained import configuration
 from hydrofdi.detectors.trained.file import DetectorFile, Made, load_detector
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
@@ -160,7 +154,7 @@ def train(
         config = {key: value for key, value in settings_of.items() if value} | {
             "chart": None, "compensate": False, "accept": of_fleet.config.accept,
         }  # fmt: skip
-    stated = stated_detector(
+    stated = configuration.stated_detector(
         config if config is None or isinstance(config, Mapping) else path_of(config),
         {
             keys.get(name, (name,)) if not isinstance(value, Mapping) else (name,): (name, plain(value))
@@ -174,7 +168,7 @@ def train(
         require_place(path_of(out))
     said = Described(sampling_frequency, channel, unit, label, group)
     labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
-    feature = feature_of(stated)
+    feature = configuration.feature_of(stated)
     needed = feature.channels | feature.optional_channels | {stated.window.channel}
     needed |= set() if best else {Channel.OIL_TEMPERATURE}  # a winner is trained as the study judged it
     sources = open_records(data, needed, said) if stored is None else [_records_of(stored, needed)]
@@ -195,12 +189,14 @@ def train(
     return detector
 
 
-def _of_machine(stated: DetectorConfig, made: Mapping[str, Indicator[Any]]) -> DetectorConfig:
+def _of_machine(
+    stated: configuration.DetectorConfig, made: Mapping[str, Indicator[Any]]
+) -> configuration.DetectorConfig:
     """A detector whose options are those of indicators that were made for the machine of the records."""
     if stated.score is None:
         (options,) = (each.options.model_dump(exclude_unset=True) for each in made.values())
         return stated.model_copy(update={"options": options})
-    return stated.model_copy(update={"indicators": stated.indicators | stated_indicators(made)})
+    return stated.model_copy(update={"indicators": stated.indicators | configuration.stated_indicators(made)})
 
 
 def _records_of(stored: ExperimentData, needed: Collection[Channel]) -> RecordSource:
@@ -275,10 +271,10 @@ def _fleet(path: Path) -> DetectorFile:
     return file
 
 
-def _require_same_score(stated: DetectorConfig, fleet: DetectorConfig) -> None:
+def _require_same_score(stated: configuration.DetectorConfig, fleet: configuration.DetectorConfig) -> None:
     """Check that settings beside a fleet only concern the false-alarm rate."""
     free = {*Promise.model_fields, "chart", "compensate", "accept"}
-    for name in DetectorConfig.model_fields.keys() - free:
+    for name in configuration.DetectorConfig.model_fields.keys() - free:
         if getattr(stated, name) != getattr(fleet, name):
             raise ConfigError(f"fleet: its file has {name}, so that the score is the same; leave it out")
 
@@ -286,18 +282,18 @@ def _require_same_score(stated: DetectorConfig, fleet: DetectorConfig) -> None:
 def setting_keys() -> dict[str, tuple[str, ...]]:
     """Keyword of `train`, and option of the command → key of `DetectorConfig`."""
     keys: dict[str, tuple[str, ...]] = {
-        name: ("window", name) for name in WindowConfig.model_fields if name != "channel"
+        name: ("window", name) for name in configuration.WindowConfig.model_fields if name != "channel"
     }
     keys["window"] = keys.pop("duration")
     keys |= {name: ("chart", name) for name in ("chart", "false_alarm_every")}
-    return {name: (name,) for name in DetectorConfig.model_fields} | keys
+    return {name: (name,) for name in configuration.DetectorConfig.model_fields} | keys
 
 
 def _config(given: Indicators) -> str | PathLike[str] | Mapping[str, Any]:
     """The configuration of a detector; labels with options, and lists of names, are its ``indicators``."""
     if isinstance(given, str | PathLike):
         return given
-    keys = {"indicators", "extends", *DetectorConfig.model_fields}
+    keys = {"indicators", "extends", *configuration.DetectorConfig.model_fields}
     if isinstance(given, Mapping) and not keys.isdisjoint(given):
         return given
     return {"indicators": given}

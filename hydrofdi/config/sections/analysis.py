@@ -13,7 +13,8 @@ from pydantic_core import CoreSchema, core_schema
 
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import ControlConfig, InputConfig, RecordConfig, is_whole
-from hydrofdi.config.sections.machine import FluidConfig, LoadConfig, SupplyConfig
+from hydrofdi.config.sections.machine import FluidConfig, LeakageConfig, LoadConfig, SupplyConfig
+from hydrofdi.config.sections.plant import PlantConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import SI, Section
@@ -105,6 +106,31 @@ def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
             f"fluid.vapour_pressure = {shown_quantity(fluid.vapour_pressure, 'Pa')} must be below the"
             f" {shown_quantity(start, 'Pa')} at which the chambers start, the mean of supply and return"
             " pressure"
+        )
+
+
+def require_plant_fits(
+    plant: PlantConfig, control: ControlConfig, leakage: LeakageConfig, record: RecordConfig
+) -> None:
+    """An FMU has the variables that the controller and the leak need, and takes the communication step."""
+    if plant.fmu is None:
+        return
+    fixed = plant.model.fixed_step if plant.model is not None else None
+    if fixed is not None and not is_whole(record.step / fixed):
+        raise ValueError(
+            f"record.step = {record.step:g} s is not a multiple of the {fixed:g} s that {plant.name} takes"
+        )
+    is_inside = "reference_position" in plant.inputs
+    if control.is_closed and not is_inside and "piston_position" not in plant.outputs:
+        raise ValueError(f"control.law = {control.law} reads the position: name it in plant.outputs")
+    if not (is_inside or "input_voltage" in plant.inputs):
+        raise ValueError("plant.inputs needs input_voltage, or reference_position of a controller inside")
+    if (leakage.internal_coefficient or leakage.internal_flow) and plant.leakage.coefficient is None:
+        raise ValueError("an internal leak needs plant.leakage.coefficient, the parameter that sets it")
+    if leakage.internal_flow and "internal_leakage_flow" not in plant.outputs:
+        raise ValueError(
+            "leakage.internal_flow is solved from the flow of the leak, which is not among plant.outputs:"
+            " name it as internal_leakage_flow, or state leakage.internal_coefficient"
         )
 
 

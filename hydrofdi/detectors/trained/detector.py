@@ -36,6 +36,7 @@ from hydrofdi.detectors.trained.promise import consequence
 from hydrofdi.detectors.trained.verdicts import Verdict, findings, outside, standardised, verdict_of
 from hydrofdi.errors import Issue
 from hydrofdi.records import Array
+from hydrofdi.records.joining import Joining
 from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, State, Window, Windower, fault_of
 
 NUMBER = "judging.number"
@@ -68,7 +69,7 @@ class Detector:
     def __init__(self, file: DetectorFile) -> None:
         self.file = file
         frequency, channels, window = file.sampling_frequency, file.channels, file.config.window
-        self._stream = EvenStream(frequency, channels)
+        self._joining, self._stream = Joining(frequency, channels), EvenStream(frequency, channels)
         self._judging: Estimator | Windower
         if window.by == "estimate":
             self._judging = Estimator(file.feature, channels, frequency, file.fits)
@@ -110,6 +111,7 @@ class Detector:
             judging = {"held": none, **judging, "number": np.array(0)}
         return _flat(
             {
+                "joining": self._joining.start(),
                 "stream": self._stream.start(),
                 "judging": judging,
                 "chart": {} if self._chart is None else self._chart.start(1),
@@ -122,7 +124,9 @@ class Detector:
     def resumed(self, state: State, *, may_repeat: bool = True) -> State:
         """A stored state that continues: samples that are sent again are dropped without a report."""
         parts = _parts(state)
-        return _flat({**parts, "stream": self._stream.resumed(parts["stream"], may_repeat=may_repeat)})
+        stream = self._stream.resumed(parts["stream"], may_repeat=may_repeat)
+        joining = self._joining.start() if may_repeat else parts["joining"]
+        return _flat({**parts, "joining": joining, "stream": stream})
 
     def step(self, state: State, chunk: Chunk) -> tuple[State, list[Line]]:
         """Judge the next samples of a stream.
@@ -142,19 +146,25 @@ class Detector:
             A line for each window that ended, and for each event.
         """
         parts = _parts(state)
-        stepped = self._stream.step(parts["stream"], chunk)
-        if not stepped[2] and not parts["defects"]["waiting"].any():
-            lines = self._follow(parts, stepped)
-        else:
-            lines = [line for some in self._alone(parts, chunk) for line in self._follow(parts, some)]
+        parts["joining"], chunk = self._joining.step(parts["joining"], chunk)
+        lines = self._checked(parts, chunk)
         return _flat(parts), lines
 
     def end(self, state: State) -> tuple[State, list[Line]]:
         """The lines at the end of a stream: counts that were not reported, and ends of episodes."""
         parts = _parts(state)
+        parts["joining"], rest = self._joining.step(parts["joining"], Chunk(np.empty(0), {}), is_end=True)
+        lines = self._checked(parts, rest)
         parts["defects"], sums = summed_up(parts["defects"])
         ends, parts["episodes"] = ended(parts["episodes"]), NO_EPISODES
-        return _flat(parts), [*sums, *ends]
+        return _flat(parts), [*lines, *sums, *ends]
+
+    def _checked(self, parts: dict[str, State], chunk: Chunk) -> list[Line]:
+        """Lines of joined samples."""
+        stepped = self._stream.step(parts["stream"], chunk)
+        if not stepped[2] and not parts["defects"]["waiting"].any():
+            return self._follow(parts, stepped)
+        return [line for some in self._alone(parts, chunk) for line in self._follow(parts, some)]
 
     def _alone(self, parts: Mapping[str, State], chunk: Chunk) -> Iterator[_Stepped]:
         """Steps of the stream. A sample that is news, or begins a minute, has a step of its own, so that the

@@ -97,6 +97,9 @@ class Basis(Part):
     impossible: dict[str, Count] = Field(default_factory=dict)
     """Output → number of healthy windows in which it is impossible, or does not fit."""
 
+    likely: str = ""
+    """If the data sheet does not fit: the constants that are likeliest wrong."""
+
     outlying: dict[str, Count] = Field(default_factory=dict)
     """Healthy record → number of its windows more than eight healthy spreads from the median, where a leak
     moves them."""
@@ -230,8 +233,12 @@ class ChannelRange(Part):
     held: Share = 1.0
     """Largest fraction of samples that repeat the one before; above it a window is stuck."""
 
+    rate: Share = 0.0
+    """Fewest updates in a sampling period; below it a window is stuck. Less than 1 if the channel is held or
+    interpolated."""
 
-LIKE = "as of a hole or a scored bore", "as of a gap or of a valve that leaks more"
+
+LIKE = "as of a hole or score", "as of a gap or leaky valve"
 """What the first of two alarms may come from, and the other."""
 
 

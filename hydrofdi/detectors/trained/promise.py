@@ -235,9 +235,10 @@ def _cautions(file: DetectorFile, *, is_unlabelled: bool) -> Iterator[str]:
         if name not in is_fit:
             yield f"Warning: {name} is beyond what a machine has in {count:,} of them."
     if unfit := [name for name in is_fit if 2 * basis.impossible.get(name, 0) > basis.n_window]:
+        likely = f" ({basis.likely})" if basis.likely else ""
         yield (
-            f"Warning: by {' and '.join(sorted(unfit))} of most of them, the data sheet does not fit: the"
-            " limits hold for machines like these, but stated sizes of leaks may be wrong."
+            f"Warning: by {' and '.join(sorted(unfit))} of most of them, the data sheet does not fit{likely}:"
+            " the limits hold for machines like these, but stated sizes of leaks may be wrong."
         )
     if basis.outlying:
         far = [f"{name} ({counted(count, 'window')})" for name, count in basis.outlying.items()]

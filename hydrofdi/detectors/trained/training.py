@@ -35,9 +35,11 @@ from hydrofdi.detectors.trained.scoring import HealthyScores
 from hydrofdi.detectors.trained.verdicts import learned_range, standardised
 from hydrofdi.errors import DataError, NotStatedError
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.indicators.balancing import WindowOptions
 from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
+from hydrofdi.indicators.wrong_sheet import likeliest_wrong, sentence
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import time_text
@@ -262,10 +264,23 @@ def _require_scores(found: HealthyScores, name: str) -> None:
         raise _no_score(found, found.feature.label)
     if 2 * len(found.refused) > found.scores.size and not found.config.accept:
         outputs = " and ".join(sorted({each.where for each in found.refused}))
+        likely = f"{_likely(found)}; ".removeprefix("; ")
         raise DataError(
             f"{name}: {outputs}: beyond what the described actuator allows in {len(found.refused):,} of"
-            f" {found.scores.size:,} healthy windows: {CAUSES} --accept trains anyway"
+            f" {found.scores.size:,} healthy windows: {CAUSES} {likely}--accept trains anyway"
         )
+
+
+def _likely(found: HealthyScores) -> str:
+    """The constants of the data sheet that are likeliest wrong, if it does not fit most windows."""
+    of_balance = (each.options for each in found.feature.indicators.values())
+    options = next((each for each in of_balance if isinstance(each, WindowOptions)), None)
+    unfit = [found.n_impossible[name] for name, each in found.feature.outputs.items() if each.is_fit]
+    if options is None or Channel.PISTON_POSITION not in found.channels:
+        return ""
+    if 2 * max(len(found.refused), *unfit) <= found.scores.size:
+        return ""
+    return sentence(options, likeliest_wrong(options, found.first))
 
 
 _OUTLYING = 8.0
@@ -292,6 +307,7 @@ def _basis(
         populations=dict(sorted(populations.items())),
         not_judged=dict(sorted(found.not_judged.items())),
         impossible=dict(sorted(found.n_impossible.items())),
+        likely=_likely(found),
         fleet=fleet,
         outlying=dict(Counter(found.names[record] for record, is_far in far if is_far)),
         drive_period=drive_period,

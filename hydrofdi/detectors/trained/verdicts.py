@@ -15,6 +15,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.stuck import update_rate
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import ZEROS
 
@@ -46,6 +47,9 @@ _PILE, _PILE_LEAST = 2.0, 0.02
 _MORE_HELD = 0.25
 """Fraction of repeated samples, beyond that of healthy windows, of a channel that is updated more slowly."""
 
+_SLOWER = 0.7
+"""Ratio to the slowest updates of healthy windows below which a channel is updated more slowly."""
+
 _COMMANDS = (Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION)
 """Channels that normally rest at their end values."""
 
@@ -63,7 +67,8 @@ def channel_facts(samples: Array) -> dict[str, Array]:
         ``low`` and ``high``: 1 % and 99 % quantile, as order statistics. ``activity``: RMS difference between
         adjacent samples. ``at_end``: fraction of samples at the lowest or at the highest value, whichever is
         larger; ``is_at_high``: whether that is the highest. ``lowest`` and ``highest``. ``held``: fraction of
-        samples that repeat the one before, without those at an end value.
+        samples that repeat the one before, without those at an end value. ``rate``: updates in a sampling
+        period, 1 unless the channel is held or was interpolated.
     """
     n_time = samples.shape[1]
     rank = int(_TAIL * (n_time - 1))
@@ -87,13 +92,15 @@ def channel_facts(samples: Array) -> dict[str, Array]:
         "highest": highest,
         "is_at_high": at_high > at_low,
         "held": np.count_nonzero(repeats, axis=1) / n_time,
+        "rate": np.array([update_rate(row, np.arange(float(n_time))) or 1.0 for row in samples]),
     }
 
 
 def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> ChannelRange:
     """Range of a channel, learned from the statistics of all healthy windows."""
-    names = ("low", "high", "activity", "at_end", "held")
-    low, high, activity, at_end, repeated = (np.concatenate([each[name] for each in facts]) for name in names)
+    names = ("low", "high", "activity", "at_end", "held", "rate")
+    found = (np.concatenate([each[name] for each in facts]) for name in names)
+    low, high, activity, at_end, repeated, rate = found
     span, wider = float(high.max() - low.min()), 1.0 + _FEW / low.size
     factor = _ACTIVITY**wider
     return ChannelRange(
@@ -102,6 +109,7 @@ def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> Cha
         activity=(float(activity.min()) / factor, float(activity.max()) * factor),
         at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * float(at_end.max()) + _PILE_LEAST),
         held=1.0 if channel in _COMMANDS else min(1.0, float(repeated.max()) + _MORE_HELD),
+        rate=0.0 if channel in _COMMANDS else _SLOWER * float(rate.min()),
     )
 
 
@@ -299,20 +307,28 @@ def _wrong_side(file: DetectorFile, score: float) -> Issue | None:
 def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[Issue | None]:
     """Fault of each window: stuck, clipped, novel, or None."""
     facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
+    frequency = records.sampling_frequency
     return [
-        _finding({channel: of_row(own, row) for channel, own in facts.items()}, ranges)
+        _finding({channel: of_row(own, row) for channel, own in facts.items()}, ranges, frequency)
         for row in range(records.n_record)
     ]
 
 
 def _finding(
-    facts: Mapping[Channel, Mapping[str, float]], ranges: Mapping[Channel, ChannelRange]
+    facts: Mapping[Channel, Mapping[str, float]],
+    ranges: Mapping[Channel, ChannelRange],
+    frequency: float,
 ) -> Issue | None:
     kinds: dict[str, list[str]] = {"stuck": [], "clipped": [], "novel": []}
     for channel, own in facts.items():
         healthy = ranges[channel]
         if own["lowest"] == own["highest"] and healthy.at_end < 1.0:
             kinds["stuck"].append(f"{channel} is constant, but varies in healthy windows")
+        elif own["rate"] < healthy.rate:
+            kinds["stuck"].append(
+                f"{channel} is updated at {own['rate'] * frequency:.3g} Hz and held or interpolated between;"
+                f" healthy windows allow {healthy.rate * frequency:.3g} Hz"
+            )
         elif own["held"] > healthy.held:
             kinds["stuck"].append(
                 f"{own['held']:.0%} of {channel} repeat the sample before; healthy windows allow"

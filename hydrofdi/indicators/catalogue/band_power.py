@@ -7,15 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
+from hydrofdi.indicators import single_channel
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import (
-    Band,
-    ChannelOptions,
-    SegmentTime,
-    SingleChannelIndicator,
-    band_obstacle,
-    segment_obstacle,
-)
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.transforms.spectrum import band_rms
 from hydrofdi.transforms.wavelet import level_bands
@@ -23,18 +16,18 @@ from hydrofdi.transforms.wavelet import level_bands
 _OCTAVES = 5
 
 
-class BandPowerOptions(ChannelOptions):
+class BandPowerOptions(single_channel.ChannelOptions):
     """Options of `BandPower`."""
 
-    bands: Annotated[tuple[Band, ...], Field(min_length=1)] | None = None
+    bands: Annotated[tuple[single_channel.Band, ...], Field(min_length=1)] | None = None
     """Bands as pairs of frequencies [Hz]. By default: five octaves down from half of the sampling frequency,
     like the levels of a wavelet transform, and the rest below."""
 
-    segment: SegmentTime = 1.0
+    segment: single_channel.SegmentTime = 1.0
     """Length of Welch's segments [s]; its inverse is the resolution [Hz]."""
 
 
-class BandPower(SingleChannelIndicator[BandPowerOptions]):
+class BandPower(single_channel.SingleChannelIndicator[BandPowerOptions]):
     """RMS in frequency bands, from the power spectrum of overlapping segments."""
 
     name = "band_power"
@@ -53,8 +46,10 @@ class BandPower(SingleChannelIndicator[BandPowerOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if a band lies beyond the spectrum or a segment does not fit."""
-        beyond = (band_obstacle(records, band) for band in self.options.bands or ())
-        return next(filter(None, beyond), None) or segment_obstacle(records, self.options.segment)
+        beyond = (single_channel.band_obstacle(records, band) for band in self.options.bands or ())
+        return next(filter(None, beyond), None) or single_channel.segment_obstacle(
+            records, self.options.segment
+        )
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the channel, each (n_record,)."""

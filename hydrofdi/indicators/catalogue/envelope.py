@@ -9,14 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.indicators import single_channel
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import (
-    Band,
-    SingleChannelIndicator,
-    SteppedChannelOptions,
-    band_obstacle,
-    middle_band,
-)
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.wavelet import root_mean_square
@@ -53,10 +47,10 @@ _ROUNDING = 1e-12
 """Envelope relative to the largest sample below which there is only rounding error."""
 
 
-class EnvelopeOptions(SteppedChannelOptions):
+class EnvelopeOptions(single_channel.SteppedChannelOptions):
     """Options of `Envelope`."""
 
-    band: Band | None = None
+    band: single_channel.Band | None = None
     """Band whose envelope is taken [Hz]; by default a sixteenth to a quarter of the sampling frequency."""
 
     delay: Annotated[float, SI("s", least=0)] = 30e-3
@@ -66,7 +60,7 @@ class EnvelopeOptions(SteppedChannelOptions):
     """Time that the decay is fitted to after each step [s]."""
 
 
-class Envelope(SingleChannelIndicator[EnvelopeOptions]):
+class Envelope(single_channel.SingleChannelIndicator[EnvelopeOptions]):
     """RMS of the envelope of a band, and its rate of decay after steps of the drive."""
 
     name = "envelope"
@@ -100,15 +94,17 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if a band or window does not fit the records, or the steps cannot be found."""
-        band = middle_band(self.options.band, records.sampling_frequency)
+        band = single_channel.middle_band(self.options.band, records.sampling_frequency)
         if band[1] - band[0] < 4.0 / records.duration - 1e-9:
             return f"a band of {band[1] - band[0]:g} Hz needs records of {4.0 / (band[1] - band[0]):.3g} s"
-        return band_obstacle(records, band) or self.options.obstacle(records, _FEWEST_SAMPLES)
+        return single_channel.band_obstacle(records, band) or self.options.obstacle(records, _FEWEST_SAMPLES)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Each (n_record,); the decay is NaN if no step is followed by a full window."""
         signal, sampling = self.signal(records), records.sampling_frequency
-        envelope = np.abs(analytic_signal(signal, sampling, middle_band(self.options.band, sampling)))
+        envelope = np.abs(
+            analytic_signal(signal, sampling, single_channel.middle_band(self.options.band, sampling))
+        )
         steps = self.options.steps_of(records, signal)
         windows = steps.windows(envelope, *self.options.window_samples(sampling))
         moves = windows.min(axis=1, initial=np.inf) > _ROUNDING * np.abs(signal).max(axis=1)[steps.record]

@@ -9,7 +9,7 @@ class FlowBalance(BalanceIndicator[BalanceOptions]):
     """Internal leakage, bulk modulus and valve parameters from the volume balance of the chambers."""
 
     name = "flow_balance"
-    version = 6
+    version = 7
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); balance: equations (5) to (8) and (11) of the paper;"
         " deviations: Tarantola, Inverse Problem Theory (2005), section 3.2"
@@ -21,7 +21,9 @@ class FlowBalance(BalanceIndicator[BalanceOptions]):
         " constrained to nominal values by their prior deviations. Errors have the standard deviation e, or"
         " e misfit if that is larger. Stated deviations of flows count the excess 50 times, allow three times"
         " the prior deviations, 5 % of the flow of c in K_i, and 30 % of mean_leakage for its law and place."
-        " mean_leakage and cross_port_leakage follow from a second solution whose c may be as large as a leak"
+        " mean_leakage and cross_port_leakage follow from a second solution whose c may be that of a leak."
+        " For the mean_leakage of a record each tenth of the way has its own K_i, and covariances"
+        " of residuals of windows that do not overlap count like an excess"
     )
     caution = (
         "K_i (leakage) finds a hole or a scored bore whatever the valve leaks. mean_leakage and"

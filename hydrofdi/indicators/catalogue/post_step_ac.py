@@ -48,16 +48,9 @@ class PostStepAc(SingleChannelIndicator[PostStepAcOptions]):
     def outputs(self) -> tuple[Output, ...]:
         """Means over the steps."""
         return (
-            Output(
-                "rms",
-                self.unit,
-                "RMS about the trend, mean over the steps",
-                direction=Direction.FALLING,
-            ),
+            Output("rms", self.unit, "RMS about the trend, mean over the steps", direction=Direction.FALLING),
             Output.quality(
-                "rms_error",
-                self.unit,
-                "standard error of the RMS from its spread over the steps",
+                "rms_error", self.unit, "standard error of the RMS from its spread over the steps"
             ),
             Output(
                 "relative",

@@ -104,10 +104,7 @@ class RingDown(SingleChannelIndicator[RingDownOptions]):
 def _summary(motion: FreeMotion, steps: Steps, n_record: int, rings: NDArray[np.bool_]) -> dict[str, Array]:
     ringing = steps.where(rings)
     n_step, n_ringing = steps.counts(n_record), ringing.counts(n_record).astype(float)
-    values = {
-        "steps": np.where(n_step > 0, n_ringing, np.nan),
-        "overdamped": 1.0 - n_ringing / n_step,
-    }
+    values = {"steps": np.where(n_step > 0, n_ringing, np.nan), "overdamped": 1.0 - n_ringing / n_step}
     found = {
         "frequency": (motion.frequency[rings], motion.frequency_deviation[rings]),
         "damping_ratio": (motion.damping_ratio[rings], motion.damping_deviation[rings]),

@@ -141,10 +141,7 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
         """Mean and standard deviation over the windows with a value."""
         name = self.options.followed.name
         known = np.ma.masked_invalid(trace.values[name])
-        return {
-            name: known.mean(axis=1).filled(np.nan),
-            f"{name}_spread": known.std(axis=1).filled(np.nan),
-        }
+        return {name: known.mean(axis=1).filled(np.nan), f"{name}_spread": known.std(axis=1).filled(np.nan)}
 
     def _n_window(self, sampling_frequency: float) -> int:
         return max(2, round(self.options.window * sampling_frequency))

@@ -6,16 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from hydrofdi.indicators import single_channel
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import (
-    Band,
-    ChannelOptions,
-    SegmentTime,
-    SingleChannelIndicator,
-    band_obstacle,
-    middle_band,
-    segment_obstacle,
-)
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.transforms.spectrum import short_time_spectra
 
@@ -54,18 +46,18 @@ def _lines(band: tuple[float, float], spacing: float, n_line: int) -> tuple[int,
     return max(1, int(first)), min(n_line - 1, int(last))
 
 
-class StftOptions(ChannelOptions):
+class StftOptions(single_channel.ChannelOptions):
     """Options of `Stft`."""
 
-    band: Band | None = None
+    band: single_channel.Band | None = None
     """Band searched for the strongest frequency [Hz]; by default a sixteenth to a quarter of the sampling
     frequency."""
 
-    segment: SegmentTime = 0.25
+    segment: single_channel.SegmentTime = 0.25
     """Length of the segments [s]; they overlap by half."""
 
 
-class Stft(SingleChannelIndicator[StftOptions]):
+class Stft(single_channel.SingleChannelIndicator[StftOptions]):
     """The strongest frequency of a band over time, and its amplitude: mean and spread."""
 
     name = "stft"
@@ -91,8 +83,10 @@ class Stft(SingleChannelIndicator[StftOptions]):
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the band contains no line of the transform, or if the segment does not fit."""
         frequency, segment = records.sampling_frequency, self.options.segment
-        band = middle_band(self.options.band, frequency)
-        reason = band_obstacle(records, band) or segment_obstacle(records, segment)
+        band = single_channel.middle_band(self.options.band, frequency)
+        reason = single_channel.band_obstacle(records, band) or single_channel.segment_obstacle(
+            records, segment
+        )
         if reason is None and band[1] - band[0] < 2.0 / segment - 1e-9:
             return f"a band of {band[1] - band[0]:g} Hz needs segments of {2.0 / (band[1] - band[0]):.3g} s"
         return reason
@@ -100,7 +94,10 @@ class Stft(SingleChannelIndicator[StftOptions]):
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Each (n_record,); frequencies are NaN if the signal is constant."""
         sampling = records.sampling_frequency
-        band, n_segment = middle_band(self.options.band, sampling), round(self.options.segment * sampling)
+        band, n_segment = (
+            single_channel.middle_band(self.options.band, sampling),
+            round(self.options.segment * sampling),
+        )
         frequency, amplitude = spectral_ridge(self.signal(records), sampling, band, n_segment, n_segment // 2)
         power = np.square(amplitude)
         total = np.sum(power, axis=-1)

@@ -6,15 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrofdi.indicators.estimation import square_root
 from hydrofdi.indicators.estimation.plant import N_STATE, actual, step_of
 from hydrofdi.indicators.estimation.prediction import held_of, keep_moving, moving_of
-from hydrofdi.indicators.estimation.square_root import (
-    find_gain,
-    inflate,
-    measurement_update,
-    take_triangle,
-    triangularise,
-)
 from hydrofdi.indicators.estimation.tuning import FIRST_PARAMETER, N_MEASURED, Places, Tuning
 from hydrofdi.physics.equation import equation
 from hydrofdi.records import Array
@@ -66,8 +60,8 @@ def gather_points(
         for j in range(n):
             rows[last + 1 + j, i] = 0.0
         rows[last + 1 + i, i] = noise[i]
-    triangularise(rows, 3 * n + 1)
-    take_triangle(rows, root)
+    square_root.triangularise(rows, 3 * n + 1)
+    square_root.take_triangle(rows, root)
 
 
 class Workspace(NamedTuple):
@@ -110,14 +104,14 @@ def correct_unscented(
     total = 0.0
     for k in range(N_MEASURED):
         innovation = measured[k] - mean[k]
-        variance = find_gain(root, k, tuning.sensors[k], work.gain)
-        measurement_update(root, k, tuning.sensors[k] / variance, work.gain)
+        variance = square_root.find_gain(root, k, tuning.sensors[k], work.gain)
+        square_root.measurement_update(root, k, tuning.sensors[k] / variance, work.gain)
         for i in range(mean.size):
             if is_open or tuning.places[i] < FIRST_PARAMETER:
                 mean[i] += work.gain[i] * innovation
                 work.gain[i] = 0.0
             work.gain[i] *= np.sqrt(variance)
         if not is_open:
-            inflate(root, work.gain, work.rows)
+            square_root.inflate(root, work.gain, work.rows)
         total += innovation * innovation / variance
     return total

@@ -5,7 +5,7 @@ is symmetric and positive definite by construction, and unknowns without informa
 
 Estimates weight the record with an error that agrees with its misfit. An error of the model is not noise:
 it is alike in neighbouring windows, so in the stated deviations a misfit beyond the error counts
-`_CORRELATED` times.
+`CORRELATED` times.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ _WIDTH = N_UNKNOWN + 1
 
 _LEAK, _CLEARANCE = UNKNOWNS.index("internal_coefficient"), UNKNOWNS.index("clearance")
 
-_CORRELATED = 50.0
+CORRELATED = 50.0
 """Number of windows that share an error of the model: about 1.6 s at 500 Hz."""
 
-_N_FIT = 4
+N_FIT = 4
 """Largest number of fits until error and misfit agree."""
 
-_WIDER = 3.0
+WIDER = 3.0
 """Deviations from the data sheet that the stated deviations allow, over the prior ones. Priors are narrow so
 that the record decides; machines of one type differ more."""
 
 _NOT_LAMINAR = 0.05
 """Relative standard deviation of the flow through the clearance from one that is proportional to ΔP."""
 
-_LAW = 0.3
+LAW = 0.3
 """Relative standard deviation of a mean flow whose law and place on the stroke are unknown."""
 
 
@@ -230,7 +230,7 @@ def fit(
             for chamber in range(first + 1, last):
                 s.moments[i, j] += moments[chamber, i, j]
     variance, square = 1.0, 0.0
-    for _ in range(_N_FIT):
+    for _ in range(N_FIT):
         set_covariance(prior, variance, wider, s)
         solve(known, s)
         square = residual_sum_of_squares(s.moments, s.values) / ((last - first) * max(count, 1.0))
@@ -239,7 +239,7 @@ def fit(
         variance = square
     share = s.inverse[_LEAK, _LEAK]
     if square > 1.0:
-        variance = 1.0 + _CORRELATED * (square - 1.0)
+        variance = 1.0 + CORRELATED * (square - 1.0)
         set_covariance(prior, variance, wider, s)
     return np.sqrt(square), share
 
@@ -251,7 +251,7 @@ def covariance_of(i: int, j: int, inverse: Any) -> float:
     total: float = inverse[i, j]
     for k in range(N_UNKNOWN):
         if k not in (_LEAK, _CLEARANCE):
-            total += (_WIDER * _WIDER - 1.0) * inverse[i, k] * inverse[j, k]
+            total += (WIDER * WIDER - 1.0) * inverse[i, k] * inverse[j, k]
     return total
 
 
@@ -288,7 +288,7 @@ def write_flow(reference: float, pressures: Any, deviations: Any, s: Scratch, ou
     mean = root * s.values[_LEAK] + difference * s.values[_CLEARANCE]
     # All of it may be that of a valve as leaky as its prior allows; the law of the leak is unknown.
     of_valve = 0.5 * min(abs(mean), 2.0 * difference)
-    doubt = of_valve * of_valve + _LAW * _LAW * mean * mean
+    doubt = of_valve * of_valve + LAW * LAW * mean * mean
     out[MEAN] = mean
     out[MEAN_ERROR] = np.sqrt(abs(combined_variance(root, difference, s.inverse)) + doubt)
 

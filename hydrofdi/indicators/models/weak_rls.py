@@ -20,7 +20,7 @@ from hydrofdi.indicators.balancing import (
     window_equations,
 )
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.estimation import valve_use, weak_rls
+from hydrofdi.indicators.estimation import flow_by_place, valve_use, weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
     UNKNOWNS,
@@ -52,7 +52,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """
 
     name = "weak_rls"
-    version = 8
+    version = 9
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
         " Recursive Identification (1983), chapter 2; a prior that is not forgotten is specific to hydrofdi"
@@ -102,6 +102,41 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
     ) -> Mapping[str, Array]:
         """Estimates with the memory, and, as ``whole_…``, from all samples so far."""
+        options, deviations = self.options, self.options.deviations(chunk)
+        windows, (*_, supply, reference) = self._windows(chunk, n_before, state)
+        supply, reference = supply[:, due], reference[:, due]
+        found = self._follow(chunk, windows, self._windows_due(n_before, due), supply, reference, state)
+        values, whole = (
+            named_estimates(options, found[:, place], reference, deviations) for place in (0, -1)
+        )
+        values["disagreement"] = np.full(values["leakage"].shape, np.nan)
+        values["whole_undetermined"] = found[:, -1, :, weak_rls.UNDETERMINED]
+        return values | {f"whole_{name}": array for name, array in whole.items()}
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """Values in SI; the mean leakage allows for a leak in a part of the stroke."""
+        values, options = dict(super().measure(records)), self.options
+        windows, signals = self._windows(records, 0, dict(self.begin(records)))
+        _, position, first, second, *supplies = signals
+        priors = self._priors(records, *(each[:, -1:] for each in supplies))[:, 0]
+        flows = flow_by_place.mean_flows(
+            windows, priors, options.assumptions(records), position, first - second, options.half_window,
+            records.sampling_frequency,
+        )  # fmt: skip
+        for name, flow in zip(("mean_leakage", "mean_leakage_error"), flows, strict=True):
+            values[name] = np.where(np.isfinite(values[name]), flow, np.nan)
+        return values
+
+    def of_record(self, trace: Trace) -> Mapping[str, Array]:
+        """Estimates from the whole record, if it determines the leakage."""
+        whole = {each.name: trace.values[f"whole_{each.name}"][:, -1] for each in self.estimates}
+        is_prior = trace.values["whole_undetermined"][:, -1] > MOST_PRIOR
+        return {name: np.where(is_prior, np.nan, array) for name, array in whole.items()}
+
+    def _windows(
+        self, chunk: RecordBatch, n_before: int, state: dict[str, NDArray[Any]]
+    ) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
+        """Regressors, targets and counts of the windows of a chunk, and the signals that they are made of."""
         options = self.options
         spool = options.spool_of_stream(chunk, n_before == 0, state["spool"])
         unclear = self._unclear(chunk, spool, n_before, state["gate"])
@@ -111,22 +146,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         columns, targets = window_equations(options, chunk, n_before, state["sums"], *signals)
         counts = np.zeros(columns.shape[:2])
         valve_use.count_windows(unclear, n_before, options.half_window, state["unclear"], counts)
-        windows = self._windows_due(n_before, due)
-        supply, reference = supply[:, due], reference[:, due]
-        found = self._follow(chunk, (columns, targets, counts), windows, supply, reference, state)
-        deviations = options.deviations(chunk)
-        values, whole = (
-            named_estimates(options, found[:, place], reference, deviations) for place in (0, -1)
-        )
-        values["disagreement"] = np.full(values["leakage"].shape, np.nan)
-        values["whole_undetermined"] = found[:, -1, :, weak_rls.UNDETERMINED]
-        return values | {f"whole_{name}": array for name, array in whole.items()}
-
-    def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """Estimates from the whole record, if it determines the leakage."""
-        whole = {each.name: trace.values[f"whole_{each.name}"][:, -1] for each in self.estimates}
-        is_prior = trace.values["whole_undetermined"][:, -1] > MOST_PRIOR
-        return {name: np.where(is_prior, np.nan, array) for name, array in whole.items()}
+        return (columns, targets, counts), signals
 
     def _unclear(self, chunk: RecordBatch, spool: Array, n_before: int, gate: Array) -> NDArray[np.bool_]:
         """Samples without information: at the start, with the valve almost closed, or soon after a jump."""
@@ -149,12 +169,16 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         supply: Array, reference: Array, after: dict[str, NDArray[Any]],
     ) -> Array:  # fmt: skip
         """Estimates for given supply pressures, (n_record, n_memory, n_instant, N_ESTIMATE)."""
-        deviations = self.options.deviations(chunk)
-        priors = np.zeros((*supply.shape, N_UNKNOWN))
-        if deviations[_SUPPLY] > 0.0:
-            priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviations[_SUPPLY]
+        priors = self._priors(chunk, supply, reference)
         state = weak_rls.RlsState(*(after[name] for name in weak_rls.RlsState._fields))
         return follow_equations(self.options, chunk, *windows, due, priors, self._decays(chunk), state)
+
+    def _priors(self, chunk: RecordBatch, supply: Array, reference: Array) -> Array:
+        """Prior means over their deviations for given supply pressures, (n_record, n_instant, N_UNKNOWN)."""
+        priors, deviation = np.zeros((*supply.shape, N_UNKNOWN)), self.options.deviations(chunk)[_SUPPLY]
+        if deviation > 0.0:
+            priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviation
+        return priors
 
     def _supply(self, chunk: RecordBatch, n_before: int, means: Array) -> tuple[Array, Array]:
         """P_s at the linearisation point, and the reference of its prior deviation [Pa]."""

@@ -26,15 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.report.runs import (
-    Array,
-    RunTable,
-    baseline_changes,
-    best_levels,
-    external_coefficients,
-    label_names,
-    normal_bulk_modulus,
-)
+from hydrofdi.report import runs
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
@@ -86,10 +78,10 @@ class ModeGrid:
         """Positions of the β above the normal one."""
         return list(range(self.normal + 1, len(self.bulk_moduli)))
 
-    def leaky(self, delta: Array) -> Array:
+    def leaky(self, delta: runs.Array) -> runs.Array:
         """δ of all runs, (..., n_run, n_level), by scenario, leakage and EBM; NaN where a run is absent."""
         positions = self.positions[:, 1:]
-        found: Array = np.where((positions == ABSENT)[..., None], np.nan, delta[..., positions, :])
+        found: runs.Array = np.where((positions == ABSENT)[..., None], np.nan, delta[..., positions, :])
         return found
 
 
@@ -99,7 +91,7 @@ def leaks_out_more(data: ExperimentData) -> Mask:
     Modes are combinations of internal leakage and EBM; additional external leakage is another fault.
     """
     # −1 (no baseline) would index the last run; those rows are masked below.
-    coefficients = external_coefficients(data)
+    coefficients = runs.external_coefficients(data)
     healthy = coefficients[np.maximum(data.matched_baseline, 0)]
     is_compared = (data.matched_baseline != names.NO_BASELINE) & (not data.experiment.has_scenarios)
     more: Mask = is_compared & (coefficients != healthy).any(axis=1)
@@ -120,10 +112,10 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
         leaky = positions[scenario, 1:, beta]
         if (leaky != ABSENT).any():
             positions[scenario, 0, beta] = data.matched_baseline[leaky[leaky != ABSENT][0]]
-    normal = 0 if lack else moduli.index(normal_bulk_modulus(data))
+    normal = 0 if lack else moduli.index(runs.normal_bulk_modulus(data))
     planned = [(leaky[normal], *leaky[leaky != ABSENT]) for leaky in positions[0, 1:]]
     first = [next(row for row in rows if row != ABSENT) for rows in planned]
-    flows = tuple(RunTable(data, np.array(first, dtype=int), ()).leakage_flows.tolist())
+    flows = tuple(runs.RunTable(data, np.array(first, dtype=int), ()).leakage_flows.tolist())
     return ModeGrid(tuple(scenarios), flows, tuple(moduli), normal, positions, lack)
 
 
@@ -131,7 +123,9 @@ def _axes(
     data: ExperimentData, kept: NDArray[np.int64]
 ) -> tuple[list[dict[str, Any]], list[float], tuple[NDArray[np.int64], ...]]:
     """Scenarios and β, and where runs lie: indices along scenario, leakage and EBM."""
-    values = {name: np.array(data.values(name), dtype=object)[kept].tolist() for name in label_names(data)}
+    values = {
+        name: np.array(data.values(name), dtype=object)[kept].tolist() for name in runs.label_names(data)
+    }
     labels = [name for name in values if len(kept) == data.n_run or len(set(values[name])) > 1]
     found = list(zip(*(values[name] for name in labels), strict=True)) or [()] * len(kept)
     order = {scenario: index for index, scenario in enumerate(dict.fromkeys(found))}
@@ -162,16 +156,18 @@ class Check(NamedTuple):
     """
 
     modes: Sequence[Mode]
-    margin: Array
-    allowance: Array
+    margin: runs.Array
+    allowance: runs.Array
 
 
-def _check(modes: Sequence[Mode], size: Array | float = np.inf, lead: Array | float = np.inf) -> Check:
+def _check(
+    modes: Sequence[Mode], size: runs.Array | float = np.inf, lead: runs.Array | float = np.inf
+) -> Check:
     """How far a δ is on the right side of zero, or of another δ."""
     return Check(modes, np.minimum(size, lead), np.minimum(size, 0.5 * lead))
 
 
-def _leads(delta: Array, modes: Iterable[Mode], level: int) -> list[Check]:
+def _leads(delta: runs.Array, modes: Iterable[Mode], level: int) -> list[Check]:
     """In each mode, one level above zero and above all others."""
     own = [(mode, delta[..., mode[0], mode[1], :]) for mode in modes]
     return [
@@ -180,17 +176,17 @@ def _leads(delta: Array, modes: Iterable[Mode], level: int) -> list[Check]:
     ]
 
 
-def _d2_is_most_sensitive(grid: ModeGrid, delta: Array) -> list[Check]:
+def _d2_is_most_sensitive(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     return _leads(delta, grid.modes(bulk_modulus=grid.normal), D2)
 
 
-def _d2_grows_with_leakage(grid: ModeGrid, delta: Array) -> list[Check]:
+def _d2_grows_with_leakage(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     modes = grid.modes(bulk_modulus=grid.normal)
     own = delta[..., [q for q, _ in modes], grid.normal, D2]
     return [_check(modes, lead=np.diff(own).min(axis=-1))] if len(modes) > 1 else []
 
 
-def _d2_falls_with_bulk_modulus(grid: ModeGrid, delta: Array) -> list[Check]:
+def _d2_falls_with_bulk_modulus(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     by_leakage = [grid.modes(leakage=leakage) for leakage in range(len(grid.leakage_flows))]
     return [
         _check(modes, lead=-np.diff(delta[..., leakage, [b for _, b in modes], D2]).max(axis=-1))
@@ -199,11 +195,11 @@ def _d2_falls_with_bulk_modulus(grid: ModeGrid, delta: Array) -> list[Check]:
     ]
 
 
-def _d3_leads_above_normal(grid: ModeGrid, delta: Array) -> list[Check]:
+def _d3_leads_above_normal(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     return _leads(delta, [mode for mode in grid.modes() if mode[1] > grid.normal], D3)
 
 
-def _d3_alone_is_positive(grid: ModeGrid, delta: Array) -> list[Check]:
+def _d3_alone_is_positive(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     modes = [mode for mode in grid.modes(leakage=0) if mode[1] > grid.normal]
     own = [(mode, delta[..., mode[0], mode[1], :]) for mode in modes]
     return [
@@ -212,7 +208,7 @@ def _d3_alone_is_positive(grid: ModeGrid, delta: Array) -> list[Check]:
     ]
 
 
-def _no_level_is_always_largest(grid: ModeGrid, delta: Array) -> list[Check]:
+def _no_level_is_always_largest(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     modes = grid.modes()
     if len(modes) < 2:
         return []
@@ -231,9 +227,9 @@ class Claim(NamedTuple):
     id: str
     sentence: str
     rule: str
-    checks_of: Callable[[ModeGrid, Array], list[Check]]
+    checks_of: Callable[[ModeGrid, runs.Array], list[Check]]
 
-    def checks(self, grid: ModeGrid, delta: Array) -> list[Check]:
+    def checks(self, grid: ModeGrid, delta: runs.Array) -> list[Check]:
         """The checks that a grid allows; none with fewer than three levels."""
         return self.checks_of(grid, grid.leaky(delta)) if delta.shape[-1] > D3 else []
 
@@ -305,12 +301,12 @@ class ClaimResult:
         """The smallest allowance of the checks that are decided [percentage points]; NaN if there is none."""
         return self._least([each.allowance for each in self.checks])
 
-    def _least(self, numbers: list[Array]) -> float:
+    def _least(self, numbers: list[runs.Array]) -> float:
         found = [value for each in numbers for value in each[self.scenarios].tolist()]
         return min((value for value in found if not math.isnan(value)), default=math.nan)
 
 
-def claim_margins(grid: ModeGrid, delta: Array) -> dict[str, Array]:
+def claim_margins(grid: ModeGrid, delta: runs.Array) -> dict[str, runs.Array]:
     """Claim → the smallest margin of its checks of δ, (..., n_run, n_level): (..., n_scenario).
 
     NaN where a claim is not decided.
@@ -320,9 +316,9 @@ def claim_margins(grid: ModeGrid, delta: Array) -> dict[str, Array]:
     return {name: np.min(margins, axis=0) if margins else undecided for name, margins in found.items()}
 
 
-def alarms(delta: Array) -> Mask:
+def alarms(delta: runs.Array) -> Mask:
     """Whether the d3 rule alarms: all δ are known, and δd3 is positive and the largest."""
-    found: Mask = (best_levels(delta) == D3) & np.isfinite(delta).all(axis=-1)
+    found: Mask = (runs.best_levels(delta) == D3) & np.isfinite(delta).all(axis=-1)
     return found
 
 
@@ -363,17 +359,17 @@ class Standing:
 
     title: str
     grid: ModeGrid
-    shown: Array
-    fixed: Array
-    matched: Array
+    shown: runs.Array
+    fixed: runs.Array
+    matched: runs.Array
 
     @cached_property
-    def margins(self) -> dict[str, Array]:
+    def margins(self) -> dict[str, runs.Array]:
         """Claim → margin of what is shown [percentage points], shape (n_scenario,)."""
         return claim_margins(self.grid, self.shown)
 
     @cached_property
-    def phase_margins(self) -> dict[str, Array]:
+    def phase_margins(self) -> dict[str, runs.Array]:
         """Claim → margin at each start phase, shape (n_phase, n_scenario)."""
         return claim_margins(self.grid, self.fixed)
 
@@ -390,14 +386,14 @@ class Standing:
         held = sum(value > 0.0 for value in values)
         return Outcome(self.title, claim, held, int(np.isfinite(values).sum()), number, tuple(values))
 
-    def level(self, name: str, deltas: Array, level: int, number: float = math.nan) -> Outcome:
+    def level(self, name: str, deltas: runs.Array, level: int, number: float = math.nan) -> Outcome:
         """Where a level has the largest positive δ of a run; `deltas` has shape (n_phase, n_level)."""
         known = deltas[np.isfinite(deltas).all(axis=1)]
-        held = int((best_levels(known) == level).sum()) if len(known) else 0
+        held = int((runs.best_levels(known) == level).sum()) if len(known) else 0
         values = np.full(len(deltas), math.nan) if level < 0 else deltas[:, level]
         return Outcome(self.title, name, held, len(known), number, tuple(values.tolist()))
 
-    def alarms(self, fixed: Array) -> Mask:
+    def alarms(self, fixed: runs.Array) -> Mask:
         """Whether the d3 rule alarms on the sealed actuator at each β above the normal one.
 
         `fixed` has shape (..., n_run, n_level), the result (..., n_scenario, n_raised).
@@ -430,9 +426,9 @@ def standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
     ):
         if title == "settled" and np.isnan(data.columns[variable]).all():
             return
-        own = baseline_changes(data, variable)
+        own = runs.baseline_changes(data, variable)
         phases = {kind: each[None] for kind, each in own.items()}
         if over_phases in data.columns:
-            changes = baseline_changes(data, over_phases)
+            changes = runs.baseline_changes(data, over_phases)
             phases = {kind: np.moveaxis(each, 1, 0) for kind, each in changes.items()}
         yield Standing(title, grid, own["fixed"], **phases)

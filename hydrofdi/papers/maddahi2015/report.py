@@ -299,10 +299,7 @@ def table2_block(study: StudyReport) -> Block | None:
     requests = np.unique(table.leakage_requests)[:2]
     rows = table.of(np.isin(table.leakage_requests, requests))
     return Block(
-        "table2",
-        "Table 2: RMS over the EBM, sealed and with the small leakage",
-        (),
-        (rms_table(rows),),
+        "table2", "Table 2: RMS over the EBM, sealed and with the small leakage", (), (rms_table(rows),)
     )
 
 

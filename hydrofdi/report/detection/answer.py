@@ -10,26 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hydrofdi.evaluation.scores import Kind, Population
-from hydrofdi.report.detection.wording import (
-    FROM_LEVELS,
-    answers,
-    best_with_sensors,
-    chosen_levels,
-    distinct,
-    false_alarms_in_words,
-    finds,
-    first_of_sensors,
-    foremost,
-    level_of,
-    percent,
-    probability_in_words,
-    rate_text,
-    sensors,
-    severity_unit,
-    symbols,
-    tested,
-    wavelet_rules,
-)
+from hydrofdi.report.detection import wording
 from hydrofdi.report.table import Block, Column, Table
 from hydrofdi.report.wording import capitalized, joined
 from hydrofdi.settings.messages import counted
@@ -52,19 +33,19 @@ def answer_block(
     if not is_complete:
         return Block("answer", "Records so far", (rests,), (table,))
     said = filter(None, (rests, answer_sentence(detection)))
-    figures = ("answer",) if answers(detection) else ()
+    figures = ("answer",) if wording.answers(detection) else ()
     return Block("answer", "What is found", tuple(said), (table,), figures)
 
 
 def _answer_table(detection: Detection) -> Table:
     """The best with each set of sensors, and the best wavelet rule."""
-    unit, healthy = severity_unit(detection), tested(detection, Kind.HEALTHY)[:1]
-    rules = wavelet_rules(detection)[:1]
-    shown = distinct(*first_of_sensors(detection)[: _MOST - len(rules)], *rules)
+    unit, healthy = wording.severity_unit(detection), wording.tested(detection, Kind.HEALTHY)[:1]
+    rules = wording.wavelet_rules(detection)[:1]
+    shown = wording.distinct(*wording.first_of_sensors(detection)[: _MOST - len(rules)], *rules)
     bounds = [each.smallest.get("q90_95") for each in shown]
     has_both = not math.isnan(unit.per_mean_flow)
     columns = (
-        Column("Sensors", list(map(sensors, shown)), is_text=True),
+        Column("Sensors", list(map(wording.sensors, shown)), is_text=True),
         Column("Score", [each.scored.name + KEEPING[each.keeps_its_rate] for each in shown], is_text=True),
         Column(
             f"{unit.quantity.capitalize()}{unit.bracket}",
@@ -72,13 +53,13 @@ def _answer_table(detection: Detection) -> Table:
         ),
         *([Column(f"At 8 MPa{unit.bracket}", [unit.found(each, unit.per_mean_flow) for each in bounds])]
           if has_both else []),
-        *(Column("Alarms [%]", [rate_text(each, population) for each in shown])
+        *(Column("Alarms [%]", [wording.rate_text(each, population) for each in shown])
           for population in healthy),
     )  # fmt: skip
     signs = {
         "≤": "at most the smallest tested",
         ">": "not found up to the largest tested",
-        FROM_LEVELS: "from the tested levels, without a curve",
+        wording.FROM_LEVELS: "from the tested levels, without a curve",
         "!": "more false alarms than set",
         "?": "too few records to tell its false alarms",
     }
@@ -104,7 +85,7 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
     yield f"{n_kept} of {counted(len(judgements), 'score')} kept to the false-alarm rate{undecided}."
     of_all = judgements[0].smallest.get("q90_95_of_all") if judgements else None
     if of_all is not None and len(judgements) > 1 and judgements[0].keeps_its_rate:
-        unit = severity_unit(detection)
+        unit = wording.severity_unit(detection)
         found = f"{unit.found(of_all)} {unit.name}"
         yield f"Allowing for the choice of the best of {len(judgements)}: {found}."
     if without_noise:
@@ -113,12 +94,16 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
 
 def answer_sentence(detection: Detection) -> str:
     """The best that is found, or why nothing is."""
-    unit, asked, best = severity_unit(detection), detection.rules, best_with_sensors(detection)
-    terms = (
-        f"{probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
-        f" at {false_alarms_in_words(asked.false_alarm_rate)}"
+    unit, asked, best = (
+        wording.severity_unit(detection),
+        detection.rules,
+        wording.best_with_sensors(detection),
     )
-    found = (*answers(detection), *(() if best else filter(finds, detection.judgements)))
+    terms = (
+        f"{wording.probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
+        f" at {wording.false_alarms_in_words(asked.false_alarm_rate)}"
+    )
+    found = (*wording.answers(detection), *(() if best else filter(wording.finds, detection.judgements)))
     if not found:
         largest = [unit.found(each.smallest["q90_95"]).removeprefix("> ") for each in best.values()][:1]
         none = [f"no {unit.quantity} up to {each} {unit.name}".rstrip() for each in largest]
@@ -126,14 +111,16 @@ def answer_sentence(detection: Detection) -> str:
         why = (*none, *(text for text, _ in refusals), "no leaking record is tested")[0]
         return f"Nothing is found {terms}: {why}."
     bound, scored = found[0].smallest["q90_95"], found[0].scored
-    number = unit.found(bound).removeprefix("≤ ").removesuffix(FROM_LEVELS)
+    number = unit.found(bound).removeprefix("≤ ").removesuffix(wording.FROM_LEVELS)
     size = f"{number} {unit.name}".rstrip() + (" or less" if bound.place == "below" else "")
     if not math.isnan(unit.per_mean_flow):
-        at_reference = unit.found(bound, unit.per_mean_flow).removeprefix("≤ ").removesuffix(FROM_LEVELS)
+        at_reference = (
+            unit.found(bound, unit.per_mean_flow).removeprefix("≤ ").removesuffix(wording.FROM_LEVELS)
+        )
         size += f" in this motion ({at_reference} at 8 MPa)"
     plain = scored.indicator.replace("_", " ")
     name = f"the {plain} ({scored.name})" if plain not in ("", scored.indicator) else scored.name
-    needs = f"with {joined(symbols(found[0]))}, " if scored.channels else ""
+    needs = f"with {joined(wording.symbols(found[0]))}, " if scored.channels else ""
     reservations = {
         True: "",
         None: f", but {counted(asked.records_for_false_alarms, 'record')} of each fault-free test population"
@@ -179,8 +166,12 @@ _MOST_ALARMS, _MOST_LEVELS = 20, 12
 
 def ranking_block(detection: Detection) -> Block:
     """Every score that was tried."""
-    unit, judgements, levels = severity_unit(detection), detection.judgements, chosen_levels(detection, 1)
-    areas = [[level_of(each, level) for each in judgements] for level in levels]
+    unit, judgements, levels = (
+        wording.severity_unit(detection),
+        detection.judgements,
+        wording.chosen_levels(detection, 1),
+    )
+    areas = [[wording.level_of(each, level) for each in judgements] for level in levels]
     costs = [each.scored.cost for each in judgements]
     columns = (
         Column(
@@ -188,7 +179,7 @@ def ranking_block(detection: Detection) -> Block:
             [f"{e.scored.name} {_MARKS[e.direction]}{KEEPING[e.keeps_its_rate]}" for e in judgements],
             is_text=True,
         ),
-        Column("Sensors", list(map(sensors, judgements)), is_text=True),
+        Column("Sensors", list(map(wording.sensors, judgements)), is_text=True),
         *(
             Column(
                 f"{title}{unit.bracket}",
@@ -200,8 +191,8 @@ def ranking_block(detection: Detection) -> Block:
             for name, title in (("q90_95", "q90/95"), ("q90", "q90"), ("q50", "q50"))
         ),
         *(
-            Column("False alarms [%]", [rate_text(each, population) for each in judgements])
-            for population in tested(detection, Kind.HEALTHY)[:1]
+            Column("False alarms [%]", [wording.rate_text(each, population) for each in judgements])
+            for population in wording.tested(detection, Kind.HEALTHY)[:1]
         ),
         *(
             Column("AUC", [f"{each.area.value:.2f}" if each and each.area else HOLE for each in own])
@@ -219,38 +210,33 @@ def ranking_block(detection: Detection) -> Block:
 
 
 def _ranking_notes(detection: Detection) -> Iterator[str]:
-    asked, unit = detection.rules, severity_unit(detection)
+    asked, unit = detection.rules, wording.severity_unit(detection)
     confidence = f"{100.0 * asked.confidence:g} %"
     yield (
         f"q90/95: upper bound with {confidence} confidence on the {unit.quantity} found with"
         f" {100.0 * asked.probability:g} % probability; q90 and q50: estimates without confidence."
-        f" ≤: at most the smallest tested; >: not found up to the largest tested; {FROM_LEVELS}: read from"
-        " the tested leaks, because no curve fitted (rounded up). False alarms: healthy test records at"
+        f" ≤: at most the smallest tested; >: not found up to the largest tested; {wording.FROM_LEVELS}: read"
+        " from the tested leaks, because no curve fitted (rounded up). False alarms: healthy test records at"
         f" thresholds for {100.0 * asked.false_alarm_rate:g} %. ↑, ↓, ↕: alarm if it rises, falls, or either."
     )
-    for level in chosen_levels(detection, 1):
+    for level in wording.chosen_levels(detection, 1):
         yield f"AUC: area under the ROC curve at {unit.text(level.severity)}."
 
 
 def false_alarms_block(detection: Detection) -> Block | None:
     """Rates on the healthy test records, each shift and each confusion; None if nothing was tested."""
-    shown = [each for each in foremost(detection, _MOST_ALARMS) if each.threshold is not None]
+    shown = [each for each in wording.foremost(detection, _MOST_ALARMS) if each.threshold is not None]
     rules, total = detection.rules, len(detection.judgements)
     interval = f"In parentheses the {100.0 * rules.confidence:g} % interval (Clopper and Pearson)."
     left_out = f" {len(shown)} of {counted(total, 'score')}; CSV and JSON have all."
     notes = (interval + (left_out if len(shown) < total else ""),)
     tables = [
-        Table(
-            (_names(shown), *(_alarms(shown, population) for population in populations)),
-            title,
-            key,
-            notes,
-        )
+        Table((_names(shown), *(_alarms(shown, population) for population in populations)), title, key, notes)
         for key, title, kinds in (
             ("shifts", "Fresh healthy records and shifts", (Kind.HEALTHY, Kind.SHIFT)),
             ("confusions", "Other faults", (Kind.CONFUSION,)),
         )
-        if (populations := tested(detection, *kinds))
+        if (populations := wording.tested(detection, *kinds))
     ]
     sentence = (
         f"Thresholds are set for {100.0 * rules.false_alarm_rate:g} % on healthy fit records. Bold (in plain"
@@ -267,7 +253,7 @@ def _names(shown: Sequence[Judgement]) -> Column:
 
 def _alarms(shown: Sequence[Judgement], population: Population) -> Column:
     is_strong = (population in each.exceeded for each in shown)
-    texts = [rate_text(each, population) for each in shown]
+    texts = [wording.rate_text(each, population) for each in shown]
     return Column(f"{population.name} [%]", texts, strong=_places(is_strong))
 
 
@@ -280,17 +266,17 @@ def levels_block(detection: Detection) -> Block | None:
     levels = detection.records.chosen(Kind.FAULT, is_fit=False)
     if not levels:
         return None
-    unit, least = severity_unit(detection), detection.rules.probability
-    shown = [each for each in foremost(detection, _MOST_LEVELS) if each.threshold is not None]
+    unit, least = wording.severity_unit(detection), detection.rules.probability
+    shown = [each for each in wording.foremost(detection, _MOST_LEVELS) if each.threshold is not None]
     columns = [_names(shown)]
     for level in levels:
-        found = [(each, own.detected if (own := level_of(each, level)) else None) for each in shown]
+        found = [(each, own.detected if (own := wording.level_of(each, level)) else None) for each in shown]
         texts = [
             HOLE
             if rate is None or not rate.total
             else f"{rate.count} of {rate.total}"
             if level in each.counted
-            else percent(rate.value)
+            else wording.percent(rate.value)
             for each, rate in found
         ]
         is_strong = (bool(rate and rate.value >= least and level not in each.counted) for each, rate in found)

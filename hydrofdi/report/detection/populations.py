@@ -14,13 +14,7 @@ from hydrofdi.config.study import StudyConfig
 from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
 from hydrofdi.evaluation.sensitivity import EquivalentFault, Spread
 from hydrofdi.records import Channel
-from hydrofdi.report.detection.wording import (
-    SeverityUnit,
-    best_with_sensors,
-    distinct,
-    severity_unit,
-    wavelet_rules,
-)
+from hydrofdi.report.detection import wording
 from hydrofdi.report.table import Block, Table, finite, group_breaks, numbers
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
@@ -62,7 +56,7 @@ def populations_block(detection: Detection, experiment: ExperimentConfig | None)
 
 
 def _populations_table(detection: Detection, study: StudyConfig | None) -> Table:
-    unit, records = severity_unit(detection), detection.records
+    unit, records = wording.severity_unit(detection), detection.records
     changes = {**study.shifts, **study.confusions} if study else {}
     shown = [each for each in records.populations if each.kind is not Kind.ALONE]
     rows: list[tuple[Any, ...]] = []
@@ -89,7 +83,9 @@ def without_noise(experiment: ExperimentConfig, detection: Detection) -> tuple[s
 
     The voltage is a command, which is known.
     """
-    used = {channel for each in best_with_sensors(detection).values() for channel in each.scored.channels}
+    used = {
+        channel for each in wording.best_with_sensors(detection).values() for channel in each.scored.channels
+    }
     drawn = experiment.study.population.over if experiment.study else {}
     chosen = {**detection.records.design, **drawn}
     return tuple(
@@ -131,10 +127,10 @@ def nuisances(detection: Detection, score: str) -> tuple[list[Nuisance], list[st
 
 def why_block(detection: Detection) -> Block | None:
     """Which nuisance moves which score, the best with each set of sensors; None without records for it."""
-    best = best_with_sensors(detection).values()
-    chosen = distinct(*best, *wavelet_rules(detection), *detection.judgements[:1])[:_MOST]
+    best = wording.best_with_sensors(detection).values()
+    chosen = wording.distinct(*best, *wording.wavelet_rules(detection), *detection.judgements[:1])[:_MOST]
     found = {each.scored.name: nuisances(detection, each.scored.name) for each in chosen}
-    shown, unit = {name: own for name, (own, _) in found.items() if own}, severity_unit(detection)
+    shown, unit = {name: own for name, (own, _) in found.items() if own}, wording.severity_unit(detection)
     if not shown:
         return None
 
@@ -173,7 +169,7 @@ def why_block(detection: Detection) -> Block | None:
 
 def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
     """The nuisances of a score as plain data; empty if the study has no records for them."""
-    unit = severity_unit(detection)
+    unit = wording.severity_unit(detection)
     return [
         {
             "parameter": each.parameter,
@@ -185,7 +181,7 @@ def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
     ]
 
 
-def _fault_record(fault: EquivalentFault, unit: SeverityUnit) -> dict[str, Any]:
+def _fault_record(fault: EquivalentFault, unit: wording.SeverityUnit) -> dict[str, Any]:
     """A fault, or the tested one that it lies below or above; an interval is open where its end is None."""
     ends = {name: finite(unit.value(getattr(fault, name))) for name in ("low", "high")}
     return {"place": fault.place, unit.key: unit.value(fault.severity), **ends}

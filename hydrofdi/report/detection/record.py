@@ -10,14 +10,8 @@ from typing import Any
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Kind, Population
+from hydrofdi.report.detection import wording
 from hydrofdi.report.detection.populations import nuisance_records
-from hydrofdi.report.detection.wording import (
-    SeverityUnit,
-    best_with_sensors,
-    sensors,
-    severity_unit,
-    wavelet_rules,
-)
 from hydrofdi.report.table import Block, Column, Table, finite, numbers
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.detecting import EvaluatedScore, Gain, are_shown, gain
@@ -36,7 +30,7 @@ def detection_records(detection: Detection) -> list[dict[str, Any]]:
 
 def study_record(detection: Detection) -> dict[str, Any]:
     """What belongs to all scores: what is asked, the populations, the remarks."""
-    asked, records, unit = detection.rules, detection.records, severity_unit(detection)
+    asked, records, unit = detection.rules, detection.records, wording.severity_unit(detection)
     return {
         "false_alarm_rate_set": asked.false_alarm_rate,
         "confidence": asked.confidence,
@@ -65,7 +59,7 @@ def design_record(detection: Detection) -> dict[str, Any]:
 
 
 def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
-    unit, scored, threshold = severity_unit(detection), judgement.scored, judgement.threshold
+    unit, scored, threshold = wording.severity_unit(detection), judgement.scored, judgement.threshold
     lines = [*_populations(detection, judgement)]
     records, n_sound = detection.records, len(judgement.false_alarms)
     is_labelled = records.is_labelled
@@ -80,11 +74,7 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         "direction": str(judgement.direction),
         "threshold": threshold
         and numbers(threshold, "low", "high")
-        | {
-            "method": threshold.method,
-            "n": threshold.n_healthy,
-            "not_measurable": threshold.not_measurable,
-        },
+        | {"method": threshold.method, "n": threshold.n_healthy, "not_measurable": threshold.not_measurable},
         "false_alarm_rate_set": detection.rules.false_alarm_rate,
         "false_alarms": [{name: line[name] for name in _ALARMS} for line in lines[:n_sound]],
         "keeps_false_alarm_rate": judgement.keeps_its_rate,
@@ -131,7 +121,7 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
     return record
 
 
-def stated_severity(unit: SeverityUnit, population: Population) -> float | None:
+def stated_severity(unit: wording.SeverityUnit, population: Population) -> float | None:
     """Nominal severity; None if a label does not state that of its fault."""
     is_unknown = population.kind is Kind.FAULT and not population.severity
     return None if is_unknown else unit.value(population.severity)
@@ -140,7 +130,7 @@ def stated_severity(unit: SeverityUnit, population: Population) -> float | None:
 def detection_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]:
     """Header → value, one line for each score and tested population, with the numbers of JSON."""
     for detection in detections:
-        unit = severity_unit(detection)
+        unit = wording.severity_unit(detection)
         names = [*(f"{name}{unit.suffix}" for name in _FOUND), "q90_95_place", "q90_95_from"]
         for judgement in detection.judgements:
             record = _record(detection, judgement)
@@ -165,7 +155,7 @@ def detection_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]
 
 def _populations(detection: Detection, judgement: Judgement) -> Iterator[dict[str, Any]]:
     """Alarms of every population, sound ones that are tested and leaking; a rate if the records suffice."""
-    unit, records = severity_unit(detection), detection.records
+    unit, records = wording.severity_unit(detection), detection.records
     levels = {level.population: level for level in judgement.levels}
     rates = {**judgement.false_alarms, **{population: each.detected for population, each in levels.items()}}
     for population, rate in rates.items():
@@ -195,7 +185,7 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     """What each design finds with each set of sensors; None for a single design."""
     if len(detections) < 2:
         return None
-    unit, rules = severity_unit(detections[0]), detections[0].rules
+    unit, rules = wording.severity_unit(detections[0]), detections[0].rules
     confidence = f"{100.0 * rules.confidence:g}"
 
     sentence = (
@@ -238,9 +228,9 @@ def _compared(detections: tuple[Detection, ...]) -> tuple[Mapping[str, Compared]
 
 
 def _columns(detection: Detection) -> dict[str, EvaluatedScore]:
-    names = {frozenset(each.scored.channels): sensors(each) for each in detection.judgements}
-    best = {names[channels]: each for channels, each in best_with_sensors(detection).items()}
-    rules = {each.scored.name: each for each in wavelet_rules(detection)}
+    names = {frozenset(each.scored.channels): wording.sensors(each) for each in detection.judgements}
+    best = {names[channels]: each for channels, each in wording.best_with_sensors(detection).items()}
+    rules = {each.scored.name: each for each in wording.wavelet_rules(detection)}
     return {name: EvaluatedScore(detection.records, each) for name, each in (best | rules).items()}
 
 
@@ -267,7 +257,7 @@ def design_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
     """The designs as plain data; empty for a single one."""
     if len(detections) < 2:
         return []
-    unit = severity_unit(detections[0])
+    unit = wording.severity_unit(detections[0])
     return [
         {
             "design": design_record(detection),
@@ -286,7 +276,7 @@ def design_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
     ]
 
 
-def _found(judgement: Judgement, name: str, unit: SeverityUnit) -> tuple[Any, ...]:
+def _found(judgement: Judgement, name: str, unit: wording.SeverityUnit) -> tuple[Any, ...]:
     """A severity that is found, on which side of the tested ones it lies, and what it is from."""
     found = judgement.smallest.get(name)
     value = None if found is None or found.value is None else unit.value(found.value)

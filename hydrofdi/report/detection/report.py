@@ -140,10 +140,7 @@ class DetectionReport:
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
-        lines = [
-            *record.detection_lines(self.detections),
-            *run_lengths.run_length_lines(self.detections),
-        ]
+        lines = [*record.detection_lines(self.detections), *run_lengths.run_length_lines(self.detections)]
         headers = dict.fromkeys(header for line in lines for header in line)
         return {header: [line.get(header) for line in lines] for header in headers}
 

@@ -11,18 +11,7 @@ from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.report.figures.style import (
-    BLUE,
-    INK,
-    ORANGE,
-    SETTINGS,
-    legend_above,
-    log_axis,
-    mark_bands,
-    series,
-    shown,
-    time_axis,
-)
+from hydrofdi.report.figures import style
 from hydrofdi.store.layout import names
 from hydrofdi.store.shards import Columns
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -55,7 +44,7 @@ _MOST_LEVELS, _TAPS = 5, 16
 _MOST_TITLE = 60
 
 
-@matplotlib.rc_context(SETTINGS)
+@matplotlib.rc_context(style.SETTINGS)
 def draw_signals(
     columns: Columns, wavelet: Any, title: str, chosen: Sequence[names.Variable] = (), start: float = 0.0
 ) -> Figure:
@@ -69,18 +58,14 @@ def draw_signals(
     if chosen:
         units = {each.name: _READABLE.get(each.units, each.units) for each in chosen}
         panels = {name: known.get(name, (f"{name} [{unit}]", unit)) for name, unit in units.items()}
-        return shown(draw_beside(columns, [title], None, panels, start))
+        return style.shown(draw_beside(columns, [title], None, panels, start))
     held = {name: about for name, about in known.items() if name in columns}
     usual = {name: about for name, about in held.items() if name in PANELS or np.ptp(columns[name][0]) > 0.0}
-    return shown(draw_beside(columns, [title], wavelet, usual, start))
+    return style.shown(draw_beside(columns, [title], wavelet, usual, start))
 
 
 def draw_beside(
-    columns: Columns,
-    titles: list[str],
-    wavelet: Any,
-    panels: Panels = PANELS,
-    start: float = 0.0,
+    columns: Columns, titles: list[str], wavelet: Any, panels: Panels = PANELS, start: float = 0.0
 ) -> Figure:
     """The same signals of one or two runs beside each other, with the reference of a controller."""
     time, level = columns[names.TIME], min(2, wavelet.levels) if wavelet else 0
@@ -88,7 +73,7 @@ def draw_beside(
     width = 3.6 * len(titles) + (0.0 if len(titles) > 1 else 3.4)
     figure = Figure(figsize=(width, 2.0 + len(labels)), layout="constrained")
     axes = figure.subplots(len(labels), len(titles), sharex=True, sharey="row", squeeze=False)
-    for row, (title, color) in enumerate(zip(titles, (BLUE, ORANGE), strict=False)):
+    for row, (title, color) in enumerate(zip(titles, (style.BLUE, style.ORANGE), strict=False)):
         lines = [(name, time, convert(1.0, unit) * columns[name][row]) for name, (_, unit) in panels.items()]
         if level:
             pressure = columns[names.CHAMBER_1_PRESSURE][row]
@@ -98,18 +83,18 @@ def draw_beside(
             axis.plot(x[x >= start], y[x >= start], color=color, linewidth=0.7)
             reference = columns.get(names.REFERENCE_POSITION)
             if name == "piston_position" and reference is not None and np.isfinite(reference[row]).any():
-                ink, values = INK if len(titles) > 1 else ORANGE, 1e3 * reference[row][x >= start]
+                ink, values = style.INK if len(titles) > 1 else style.ORANGE, 1e3 * reference[row][x >= start]
                 axis.plot(x[x >= start], values, "--", color=ink, linewidth=0.7, label="reference")
-                legend_above(axis)
+                style.legend_above(axis)
         axes[0, row].set_title(title)
-        time_axis(axes[-1, row], time[time >= start])
+        style.time_axis(axes[-1, row], time[time >= start])
     for axis, label in zip(axes[:, 0], labels, strict=True):
         axis.set_ylabel(label)
     figure.align_ylabels(axes[:, 0])
     return figure
 
 
-@matplotlib.rc_context(SETTINGS)
+@matplotlib.rc_context(style.SETTINGS)
 def draw_record(record: RecordBatch) -> Figure:
     """Channels, power spectra and details of the first record of a batch."""
     whole = [channel for channel, samples in record.channels.items() if np.isfinite(samples[0]).all()]
@@ -126,7 +111,7 @@ def draw_record(record: RecordBatch) -> Figure:
     if levels:
         _draw_details(right, record, whole[0], levels)
     _draw_spectra(lower, record, whole, levels)
-    return shown(figure)
+    return style.shown(figure)
 
 
 def _title(record: RecordBatch) -> str:
@@ -166,12 +151,12 @@ def _draw_time(figure: Any, record: RecordBatch, panels: list[list[Channel]]) ->
     for axis, channels in zip(axes, panels, strict=True):
         for index, channel in enumerate(channels):
             samples, unit = _samples(record, channel, _READABLE)
-            axis.plot(record.time, samples, **series(index), linewidth=0.7, label=_place(channel))
+            axis.plot(record.time, samples, **style.series(index), linewidth=0.7, label=_place(channel))
         axis.set_ylabel(f"[{unit}]")
         axis.set_title("pressure" if channels[0].is_pressure else _words(channels[0]))
         if channels[0].is_pressure:
-            legend_above(axis, len(channels))
-    time_axis(axes[-1], record.time, 8)
+            style.legend_above(axis, len(channels))
+    style.time_axis(axes[-1], record.time, 8)
 
 
 def _draw_details(figure: Any, record: RecordBatch, channel: Channel, levels: int) -> None:
@@ -181,10 +166,10 @@ def _draw_details(figure: Any, record: RecordBatch, channel: Channel, levels: in
     axes[0].set_title(f"details of the {_words(channel)} ({wavelet.name})")
     for level, axis in enumerate(axes, 1):
         instants, details = detail_coefficients(samples, wavelet, level, record.time)
-        axis.plot(instants, details, color=BLUE, linewidth=0.7)
+        axis.plot(instants, details, color=style.BLUE, linewidth=0.7)
         axis.set_ylabel(f"$d_{level}$ [{unit}]")
     figure.align_ylabels(axes)
-    time_axis(axes[-1], record.time, 8)
+    style.time_axis(axes[-1], record.time, 8)
 
 
 def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels: int) -> None:
@@ -198,15 +183,18 @@ def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels
         frequency, density = power_spectrum(samples, record.sampling_frequency)
         if np.ptp(samples) > 1e-12 * np.abs(samples).max():
             axis.plot(
-                frequency[1:], density[1:], **series(index), label=_words(channel).removesuffix(" pressure")
+                frequency[1:],
+                density[1:],
+                **style.series(index),
+                label=_words(channel).removesuffix(" pressure"),
             )
-    log_axis(axis.xaxis)
-    log_axis(axis.yaxis)
-    mark_bands(axis, level_bands(record.sampling_frequency, levels))
+    style.log_axis(axis.xaxis)
+    style.log_axis(axis.yaxis)
+    style.mark_bands(axis, level_bands(record.sampling_frequency, levels))
     axis.set_xlim(right=record.sampling_frequency / 2)
     axis.set_ylabel(f"PSD [{unit}²/Hz]")
     axis.set_xlabel("frequency [Hz]")
     is_pressure = pressures[0].is_pressure
     axis.set_title("power spectrum" if is_pressure else f"power spectrum of the {_words(pressures[0])}")
     if axis.lines and is_pressure:
-        legend_above(axis, len(alike))
+        style.legend_above(axis, len(alike))

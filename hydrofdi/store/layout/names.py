@@ -222,10 +222,7 @@ def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
     variables: dict[str, Variable] = {}
     for label, indicator in (item for indicators in measured for item in indicators.items()):
         own = [
-            (
-                ANALYSIS_ID,
-                f"identity of the analysis {label}: hash of record, indicator and options",
-            ),
+            (ANALYSIS_ID, f"identity of the analysis {label}: hash of record, indicator and options"),
             (OBSTACLE, f"why {label} could not be measured; empty if it was"),
         ]
         variables |= {f"{label}{end}": Variable(f"{label}{end}", (RUN,), "", text) for end, text in own}

@@ -15,11 +15,11 @@ from hydrofdi.detectors.trained.file import Made
 from hydrofdi.detectors.trained.lines import WindowLine
 from hydrofdi.detectors.trained.measuring import Estimator, records_of
 from hydrofdi.detectors.trained.training import train
-from hydrofdi.detectors.trained.verdicts import Verdict, channel_facts, learned_range
+from hydrofdi.detectors.trained.verdicts import Verdict, channel_facts, findings, learned_range
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
-from hydrofdi.records import Channel
+from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.healthy import Records
 from tests.detectors.trained.made import FREQUENCY, detector, pressure, signals, window, with_chart, written
@@ -355,9 +355,36 @@ def slower(time, _):
     time[:] = time[0] + 1.1 * (time - time[0])
 
 
+def held_samples(_, rows):
+    samples = rows[Channel.CHAMBER_1_PRESSURE]
+    samples[:] = samples[np.arange(samples.size) // 10 * 10]
+
+
+def interpolated(time, rows):
+    samples = rows[Channel.CHAMBER_1_PRESSURE]
+    samples[:] = np.interp(time, time[::10], samples[::10])
+
+
+def jittering(time, _):
+    time += 0.4 * np.sin(0.3 * np.arange(time.size)) / FREQUENCY
+
+
+@pytest.mark.parametrize("change", [held_samples, interpolated])
+def test_the_true_rate_of_a_slow_channel_is_named(change):
+    rows = {channel: samples.copy() for channel, samples in signals(3, N_SAMPLE).items()}
+    change(np.arange(N_SAMPLE) / FREQUENCY, rows)
+    records = RecordBatch({P1: rows[P1][None]}, FREQUENCY, ("a",))
+    (found,) = findings(records, healthy_ranges([P1]))
+    assert (found.kind, f"{FREQUENCY / 10:g} Hz" in found.message) == ("stuck", True)
+
+
 @pytest.mark.parametrize(
-    ("change", "kind"), [(stuck, "stuck"), (clipped, "clipped"), (novel, "novel"), (slower, "other_rate")]
-)
+    ("change", "kind"),
+    [
+        (stuck, "stuck"), (clipped, "clipped"), (novel, "novel"), (slower, "other_rate"),
+        (held_samples, "stuck"), (jittering, "uneven"),
+    ],
+)  # fmt: skip
 def test_estimates_of_unsound_samples_are_not_judged(change, kind):
     file = follower_of("sliding", **SLIDING).file
     follower = Detector(file.model_copy(update={"ranges": healthy_ranges(file.channels)}))

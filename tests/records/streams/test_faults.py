@@ -54,6 +54,30 @@ def test_what_is_missing_or_stuck_is_said_and_rest_is_no_fault(change, kind, par
     assert kind is None or part not in (P1, P2) or _fault(time, samples, channels=(X,)) is None
 
 
+@pytest.mark.parametrize(("share", "kind"), [(0.0, None), (0.2, None), (0.4, "uneven")])
+def test_stamps_may_jitter_by_a_quarter_of_a_step(share, kind):
+    time, samples = _healthy()
+    time[10::20] += share / FREQUENCY
+    fault = _fault(time, samples)
+    assert (fault and fault.kind) == kind
+
+
+def test_stamps_that_were_rounded_are_even():
+    _, samples = _healthy()
+    windower = make_windower("time", N, channels=(P1,), sampling_frequency=600.0)
+    (window,) = windows_of(np.round(np.arange(N) / 600.0, 3), samples, windower)
+    assert window.fault is None
+
+
+def test_the_unit_of_a_time_in_another_one_is_asked_for():
+    time, samples = _healthy()
+    assert "in exceldays?" in _fault(time / 86_400.0, samples).message
+    for factor, unit in ((1e3, "ms"), (1e6, "µs")):
+        stream = EvenStream(FREQUENCY, (P1,))
+        events = stream.step(stream.start(), Chunk(time * factor, samples))[2]
+        assert f"in {unit}?" in events[-1].text
+
+
 @pytest.mark.parametrize(("factor", "is_said"), [(0.98, True), (0.992, False), (1.008, False), (1.02, True)])
 def test_a_mean_rate_that_differs_by_more_than_a_hundredth_is_said(factor, is_said):
     time, samples = _healthy()

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -65,18 +64,6 @@ def test_a_level_is_the_flow_after_the_onset(record):
     for delay in record["run_lengths"][0]["delays"]:
         stated, true = delay["leakage_L_per_min"], delay["true_mean_flow_after_onset_L_per_min"]
         assert true == pytest.approx(stated, rel=0.25)
-
-
-def test_all_forms_and_figures_of_a_study_are_written(folder, record, monkeypatch):
-    monkeypatch.setattr("hydrofdi.report.figures.KINDS", ("svg",))
-    written = folder / "forms"
-    run("report", folder / "out", "--out", written, check=0)
-    figures = {"ranking", "pod", "roc", "det", "false_alarms", "densities", "delays"}
-    names = {f"{name}.svg" for name in figures}
-    assert names | {f"delays-smoke.{form}" for form in ("md", "csv", "json", "html")} <= {
-        each.name for each in written.iterdir()
-    }
-    assert json.loads((written / "delays-smoke.json").read_text()) == record
 
 
 def test_the_table_has_a_line_for_each_chart_limit_and_tested_population(folder, record):

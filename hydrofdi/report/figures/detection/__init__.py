@@ -14,10 +14,7 @@ from hydrofdi.report.table import FigureKind
 from hydrofdi.studies.records import Detection
 
 _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
-    "ranking": (
-        draw_ranking,
-        "The {quantity} found by each score with {share} probability",
-    ),
+    "ranking": (draw_ranking, "The {quantity} found by each score with {share} probability"),
     "pod": (
         draw_pod,
         "Share of records detected over their {quantity}, with {confidence} intervals, the fitted curve and"

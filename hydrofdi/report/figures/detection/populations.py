@@ -11,19 +11,7 @@ import numpy as np
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import chosen_levels, foremost, sensors, tested
-from hydrofdi.report.figures.style import (
-    BLUE,
-    COLORS,
-    GREEN,
-    INK,
-    MARKERS,
-    ORANGE,
-    PAPER,
-    PINK,
-    panels,
-    root_percent_axis,
-    row_axis,
-)
+from hydrofdi.report.figures import style
 from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.units import convert
@@ -35,7 +23,12 @@ _MOST_BINS, _WIDEST = 60, 6.0
 _LEAST_OF_HEALTHY = 8.0
 """Bins of the healthy scores, if all others leave room."""
 
-_COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: PINK, Kind.FAULT: ORANGE}
+_COLORS = {
+    Kind.HEALTHY: style.BLUE,
+    Kind.SHIFT: style.GREEN,
+    Kind.CONFUSION: style.PINK,
+    Kind.FAULT: style.ORANGE,
+}
 
 
 def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
@@ -45,9 +38,9 @@ def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, 
     """
     found = {sensors(each): len(each.scored.channels) for each in detection.judgements}
     ordered = sorted(found, key=lambda name: (-found[name], name))
-    last = len(COLORS) - 1
+    last = len(style.COLORS) - 1
     return {
-        name: {"color": COLORS[min(index, last)], "marker": MARKERS[min(index, last)]}
+        name: {"color": style.COLORS[min(index, last)], "marker": style.MARKERS[min(index, last)]}
         for index, name in enumerate(ordered)
         if name in {sensors(each) for each in shown}
     }
@@ -74,7 +67,7 @@ def _titled(judgement: Judgement, width: int = 30) -> str:
 
 def score_panels(shown: Sequence[Judgement], height: float, **more: Any) -> tuple[Any, list[Any]]:
     """A figure with a panel for each score."""
-    figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
+    figure, axes = style.panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
     for axis, judgement in zip(axes, shown, strict=True):
         axis.set_title(_titled(judgement), fontsize=8.5)
     return figure, axes
@@ -126,7 +119,7 @@ def _draw_one(
             axis.stairs(ridge, edges * scale, baseline=row, color=color, linewidth=0.7)
         _draw_beyond(axis, row, own, edges)
     for limit in _limits(judgement):
-        axis.axvline(limit * scale, color=INK, linewidth=0.9)
+        axis.axvline(limit * scale, color=style.INK, linewidth=0.9)
     axis.set_xlim(edges[0] * scale, edges[-1] * scale)
     axis.set_xlabel("score" if unit == "1" else f"score [{typeset(unit)}]", fontsize=8)
     axis.locator_params(axis="x", nbins=4)
@@ -198,11 +191,11 @@ def draw_false_alarms(detection: Detection) -> Any:
     rates = [rate for each in shown for one, rate in each.false_alarms.items() if one in populations]
     highest = max([2.0 * detection.rules.false_alarm_rate, *(rate.high for rate in rates if rate.total)])
     for axis, judgement in zip(axes, shown, strict=True):
-        root_percent_axis(axis, 100.0 * highest)
+        style.root_percent_axis(axis, 100.0 * highest)
         for row, population in enumerate(populations):
             _draw_rate(axis, row, judgement, population, marks[sensors(judgement)])
-        axis.axvline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.9)
-    row_axis(axes[0], [population.name for population in populations])
+        axis.axvline(100.0 * detection.rules.false_alarm_rate, color=style.INK, linewidth=0.9)
+    style.row_axis(axes[0], [population.name for population in populations])
     return figure
 
 
@@ -212,6 +205,6 @@ def _draw_rate(
     rate = judgement.false_alarms.get(population)
     if rate is None or not rate.total:
         return
-    face = {"markerfacecolor": PAPER} if population in judgement.counted else {}
+    face = {"markerfacecolor": style.PAPER} if population in judgement.counted else {}
     axis.plot([100.0 * rate.low, 100.0 * rate.high], [row, row], color=mark["color"], linewidth=1.2)
     axis.plot(100.0 * rate.value, row, **mark, **face, markersize=5, linestyle="none", clip_on=False)

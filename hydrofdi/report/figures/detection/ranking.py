@@ -13,20 +13,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.scores import Population
 from hydrofdi.records import Channel
-from hydrofdi.report.detection.wording import (
-    FROM_LEVELS,
-    SeverityUnit,
-    answers,
-    distinct,
-    false_alarms_in_words,
-    foremost,
-    probability_in_words,
-    score_title,
-    sensors,
-    severity_unit,
-    symbols,
-    wavelet_rules,
-)
+from hydrofdi.report.detection import wording
 from hydrofdi.report.figures.detection.populations import sensor_marks
 from hydrofdi.report.figures.style import (
     BLUE,
@@ -55,10 +42,12 @@ def draw_answer(detection: Detection) -> Any:
     ReportError
         No score finds a leak at the rate of false alarms that is asked for.
     """
-    if not (able := answers(detection)):
+    if not (able := wording.answers(detection)):
         raise ReportError("no score is shown to find a leak at the false-alarm rate that is set")
-    compared = [each for each in wavelet_rules(detection) if each.smallest.get("q90_95") is not None][:1]
-    shown, unit = distinct(*able[:_MOST_SETS], *compared), severity_unit(detection)
+    compared = [each for each in wording.wavelet_rules(detection) if each.smallest.get("q90_95") is not None][
+        :1
+    ]
+    shown, unit = wording.distinct(*able[:_MOST_SETS], *compared), wording.severity_unit(detection)
     figure = Figure(figsize=(8.0, 1.9 + 0.5 * len(shown)), layout="constrained")
     axis = figure.subplots()
     axis.set_xscale("log")
@@ -74,7 +63,8 @@ def draw_answer(detection: Detection) -> Any:
         f"smallest {unit.quantity}{unit.bracket}: estimate to {100.0 * asked.confidence:g} % confidence",
         fontsize=10,
     )
-    title = f"{probability_in_words(asked.probability)}, at {false_alarms_in_words(asked.false_alarm_rate)}"
+    alarms = wording.false_alarms_in_words(asked.false_alarm_rate)
+    title = f"{wording.probability_in_words(asked.probability)}, at {alarms}"
     figure.suptitle(f"The smallest {unit.quantity} that is found {title}", x=0.01, ha="left", fontsize=12)
     figure.supxlabel("\n".join([_symbols(shown), *_signs(shown, unit)]), x=0.01, ha="left", fontsize=9)
     return figure
@@ -82,10 +72,10 @@ def draw_answer(detection: Detection) -> Any:
 
 def _answer_label(judgement: Judgement) -> str:
     """Sensors, and the score below them."""
-    return f"{', '.join(symbols(judgement))}\n{score_title(judgement)}".strip()
+    return f"{', '.join(wording.symbols(judgement))}\n{wording.score_title(judgement)}".strip()
 
 
-def _draw_found(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit) -> None:
+def _draw_found(axis: Any, row: int, judgement: Judgement, unit: wording.SeverityUnit) -> None:
     """A line from the estimate to its bound, with the bound's number; an arrow where nothing is found."""
     bound = judgement.smallest["q90_95"]
     is_found = bound.value is not None
@@ -102,19 +92,19 @@ def _draw_found(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit) -
     axis.annotate(text, (end, row), **style, **place)
 
 
-def _number(found: DetectableSeverity, unit: SeverityUnit) -> str:
+def _number(found: DetectableSeverity, unit: wording.SeverityUnit) -> str:
     if found.value is None:
         return f"not found up to {unit.found(found).removeprefix('> ')} {unit.name}".rstrip()
     return f"{unit.found(found)} {unit.name}".rstrip()
 
 
-def _signs(shown: tuple[Judgement, ...], unit: SeverityUnit) -> Iterator[str]:
+def _signs(shown: tuple[Judgement, ...], unit: wording.SeverityUnit) -> Iterator[str]:
     """What the signs beside the numbers mean, those that occur."""
     texts = "".join(_number(each.smallest["q90_95"], unit) for each in shown)
     if "≤" in texts:
         yield f"≤: at most the smallest {unit.quantity} tested"
-    if FROM_LEVELS in texts:
-        yield f"{FROM_LEVELS}: from the tested levels of {unit.quantity}, without a fitted curve"
+    if wording.FROM_LEVELS in texts:
+        yield f"{wording.FROM_LEVELS}: from the tested levels of {unit.quantity}, without a fitted curve"
 
 
 def _symbols(shown: tuple[Judgement, ...]) -> str:
@@ -137,14 +127,14 @@ def draw_ranking(detection: Detection) -> Any:
     ReportError
         No score has a severity that can be stated.
     """
-    shown = [each for each in foremost(detection, _MOST) if each.smallest]
+    shown = [each for each in wording.foremost(detection, _MOST) if each.smallest]
     if not shown:
         raise ReportError("no score has a severity that can be stated")
-    marks, unit = sensor_marks(detection, shown), severity_unit(detection)
+    marks, unit = sensor_marks(detection, shown), wording.severity_unit(detection)
     figure = Figure(figsize=(8.0, 1.6 + 0.26 * len(shown)), layout="constrained")
     axis = figure.subplots()
     for row, judgement in enumerate(shown):
-        _draw_row(axis, row, judgement, unit, marks[sensors(judgement)])
+        _draw_row(axis, row, judgement, unit, marks[wording.sensors(judgement)])
     log_axis(axis.xaxis)
     row_axis(axis, [_label(each) for each in shown])
     share = f"{100.0 * detection.rules.probability:g} %"
@@ -174,7 +164,9 @@ def _label(judgement: Judgement) -> str:
     return judgement.scored.name if judgement.keeps_its_rate is not False else f"({judgement.scored.name})"
 
 
-def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit, mark: dict[str, Any]) -> None:
+def _draw_row(
+    axis: Any, row: int, judgement: Judgement, unit: wording.SeverityUnit, mark: dict[str, Any]
+) -> None:
     bound, estimate = judgement.smallest.get("q90_95"), judgement.smallest.get("q90")
     style = {**mark, "markersize": 5.5, "linestyle": "none"}
     found = (each.value for each in (estimate, bound) if each is not None)
@@ -212,7 +204,7 @@ def draw_delays(detection: Detection) -> Any:
     names = {"x": "mean time between false alarms that is asked for [h]", "y": "median delay [s]"}
     figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True, **names)
     unit, every = (
-        severity_unit(detection),
+        wording.severity_unit(detection),
         [convert(chart.false_alarm_every, "h") for chart in detection.charts],
     )
     for axis, level in zip(axes, levels, strict=True):

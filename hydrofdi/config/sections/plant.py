@@ -1,0 +1,261 @@
+"""The section of a foreign plant: an FMU in the place of cylinder, valve and fluid."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.fmi.description import Model, Variable, digest_of, read_model
+from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.ready import located
+from hydrofdi.units import parse_unit, zero_of
+
+INPUTS = {"input_voltage": "V", "reference_position": "m", "load_force": "N"}
+"""Signal that drives a plant → its unit."""
+
+OUTPUTS = {
+    "chamber_1_pressure": "Pa", "chamber_2_pressure": "Pa", "valve_supply_pressure": "Pa",
+    "piston_position": "m", "piston_velocity": "m/s", "spool_position": "m", "oil_temperature": "K",
+    "internal_leakage_flow": "m^3/s",
+}  # fmt: skip
+"""Signal that a plant gives → its unit."""
+
+_OTHER_NAMES = {
+    "u": "input_voltage", "P1": "chamber_1_pressure", "P2": "chamber_2_pressure", "x": "piston_position",
+    "Ps": "valve_supply_pressure", "supply_pressure": "valve_supply_pressure", "v": "piston_velocity",
+    "internal_leakage": "internal_leakage_flow", "q_il": "internal_leakage_flow", "xv": "spool_position",
+    "T": "oil_temperature",
+}  # fmt: skip
+
+_DIGEST = "#sha256:"
+"""Between the path of an FMU that an experiment names, and what it contained."""
+
+_STORED = re.compile(r"(?P<path>.*) \(sha256:(?P<digest>[0-9a-f]{64})\)", re.DOTALL)
+"""An FMU that results name. It is never run."""
+
+_WITH_UNIT = re.compile(r"(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]+)\]")
+
+
+class PlantVariable(NamedTuple):
+    """A variable of an FMU, and how its values become SI: `factor` · value + `offset`."""
+
+    name: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+class PlantLeakage(Section):
+    """What sets the internal leakage of an FMU."""
+
+    coefficient: str | None = None
+    """Parameter of the FMU that ``leakage.internal_coefficient`` sets, and ``internal_flow``, for which it is
+    solved. Its values need not be a K_i: any size that the leak grows with."""
+
+
+class PlantConfig(Section):
+    """An FMU in the place of cylinder, valve and fluid. Every other key is a parameter of the FMU, such as
+    ``oil.beta: 551 MPa``; in a sweep it is ``plant.oil.beta``. The communication step is ``record.step``.
+    """
+
+    model_config = ConfigDict(extra="allow")
+
+    fmu: str | None = None
+    """File of FMI 2 or 3, relative to the experiment file that names it. It is foreign machine code and runs
+    with your rights. Co-simulation is preferred; a model exchange is integrated by CVODE."""
+
+    inputs: Mapping[str, str] = Field(default_factory=dict)
+    """What drives the plant → variable of the FMU: input_voltage, reference_position (of a controller inside
+    the FMU), load_force. ``'u [mV]'`` states the unit of a variable that has none."""
+
+    outputs: Mapping[str, str] = Field(default_factory=dict)
+    """Signal → variable of the FMU: chamber_1_pressure, chamber_2_pressure, valve_supply_pressure,
+    piston_position, piston_velocity, spool_position, oil_temperature, internal_leakage_flow. ``'p1 [bar]'``
+    states the unit of a variable that has none."""
+
+    parameters: Mapping[str, str] = Field(default_factory=dict)
+    """Parameter of hydrofdi → parameter of the FMU that it sets: with ``fluid.bulk_modulus: oil.beta`` a grid
+    over the bulk modulus is one over ``oil.beta``."""
+
+    leakage: PlantLeakage = PlantLeakage()
+    """What sets the internal leakage."""
+
+    units: Mapping[str, str] = Field(default_factory=dict)
+    """Parameter of the FMU → its SI unit; written by hydrofdi."""
+
+    @field_validator("fmu")
+    @classmethod
+    def _known_file(cls, given: str | None, info: ValidationInfo) -> str | None:
+        """The path and what the file contains; results keep both, but name no file to run."""
+        path, _, digest = (given or "").partition(_DIGEST)
+        if digest and info.context is not None:
+            return f"{path} (sha256:{digest})"
+        return given if given is None or info.context is not None else with_digest(given)
+
+    @field_validator("inputs", "outputs", mode="before")
+    @classmethod
+    def _known_signals(cls, given: Any, info: ValidationInfo) -> Any:
+        known = INPUTS if info.field_name == "inputs" else OUTPUTS
+        if not isinstance(given, Mapping):
+            raise ValueError("expected 'signal: variable' pairs")
+        named = {_OTHER_NAMES.get(str(key), str(key)): value for key, value in given.items()}
+        fmu = info.data.get("fmu")
+        model = named_model(fmu) if fmu else None
+        for key, text in named.items():
+            if key not in known:
+                raise ValueError(f"{key}: is no signal here{nearest(key, [*known])}")
+            if model is not None:
+                plant_variable(model, key, str(text))
+        return named
+
+    @model_validator(mode="after")
+    def _variables_exist(self) -> Self:
+        if self.fmu is None:
+            if self != type(self).model_construct():
+                raise ValueError("needs the key 'fmu', the path of an FMU")
+            return self
+        if (model := self.model) is None:
+            PARAMETERS.update({f"plant.{name}": _Declared(SI(unit)) for name, unit in self.units.items()})
+            return self
+        if model.obstacle:
+            raise ValueError(f"{self.name} cannot run here: it {model.obstacle}")
+        if "chamber_1_pressure" not in self.outputs:
+            raise ValueError("outputs: name the variable of chamber_1_pressure at least")
+        leak = self.leakage.coefficient
+        for name in (*self.parameters.values(), *([leak] if leak else ()), *self.own):
+            if not (found := model.variable(name)).is_settable:
+                raise ValueError(f"{name!r} cannot be set, as it is {_kind(found)}")
+        return self
+
+    @property
+    def own(self) -> dict[str, Any]:
+        """Parameter of the FMU that is stated → its value in SI."""
+        return self.__pydantic_extra__ or {}
+
+    @property
+    def model(self) -> Model | None:
+        """The FMU, if the experiment itself names it; results and detectors do not."""
+        return None if self.fmu is None else named_model(self.fmu)
+
+    def __hash__(self) -> int:
+        return hash(self.stated_text)
+
+    @property
+    def name(self) -> str:
+        """File name of the FMU."""
+        return Path((self.fmu or "").partition(_DIGEST)[0].partition(" (")[0]).name
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the FMU; empty without one."""
+        stored = _STORED.fullmatch(self.fmu or "")
+        return stored["digest"] if stored else (self.fmu or "").partition(_DIGEST)[2]
+
+    def stated(self) -> dict[str, Any]:
+        """The fields that differ from their defaults; the FMU by the digest of its contents."""
+        fields = super().stated()
+        return fields if self.fmu is None else fields | {"fmu": f"sha256:{self.digest}"}
+
+    def variable(self, signal: str) -> PlantVariable:
+        """The variable of an input or output, with its conversion to SI."""
+        assert self.model is not None
+        return plant_variable(self.model, signal, {**self.inputs, **self.outputs}[signal])
+
+
+def with_digest(path: str) -> str:
+    """The whole path of an FMU, and what the file contains; one that has both as it is."""
+    if _DIGEST in path or _STORED.fullmatch(path):
+        return path
+    file = located(Path(path)).resolve()
+    return f"{file}{_DIGEST}{digest_of(file)}"
+
+
+@lru_cache(maxsize=16)
+def named_model(fmu: str) -> Model | None:
+    """The FMU of a path with a digest, a ConfigError if it is another one by now; None of one in results."""
+    if _STORED.fullmatch(fmu):
+        return None
+    path, _, digest = fmu.partition(_DIGEST)
+    model = read_model(Path(path))
+    if model.digest != digest:
+        raise ConfigError(f"{path}: has changed since the experiment was read")
+    return model
+
+
+def _kind(found: Variable) -> str:
+    """What a variable is, in the words of FMI."""
+    return " ".join(filter(None, ("an array" if found.is_array else "", found.variability, found.causality)))
+
+
+def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
+    """The variable that a text names, with its conversion to SI; a ValueError if it is not such a signal."""
+    needed = {**INPUTS, **OUTPUTS}[signal]
+    written = None if text in model.variables else _WITH_UNIT.fullmatch(text)
+    found = model.variable(written["name"] if written else text)
+    if signal in INPUTS and found.causality != "input":
+        raise ValueError(f"{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}")
+    if found.is_array or found.value_type is str:
+        raise ValueError(f"{signal}: {found.name!r} is no single number")
+    exponents, factor, offset = parse_unit(found.si_unit).exponents, found.factor, found.offset
+    if written:
+        unit = parse_unit(written["unit"])
+        exponents, factor, offset = unit.exponents, float(unit.factor), zero_of(written["unit"])
+    if (written or found.si_unit != "1") and exponents != parse_unit(needed).exponents:
+        own = written["unit"] if written else found.unit
+        raise ValueError(f"{signal} needs {needed}; {found.name!r} is in {own}")
+    return PlantVariable(found.name, factor, offset)
+
+
+class _Declared:
+    """A parameter of an FMU: its quantity, and the value that it has without being stated."""
+
+    def __init__(
+        self, quantity: SI | None, start: Any = None, kind: type = float, items: tuple[int, ...] = ()
+    ) -> None:
+        self.quantity, self.start, self.kind, self.items = quantity, start, kind, items
+
+
+PARAMETERS: dict[str, _Declared] = {}
+"""Dotted parameter of the FMUs that experiments of this process name → what is known of it."""
+
+
+def is_foreign(name: Any) -> bool:
+    """Whether a dotted name is that of a parameter of an FMU."""
+    section, _, field = name.partition(".") if isinstance(name, str) else ("", "", "")
+    return section == "plant" and bool(field) and field not in PlantConfig.model_fields
+
+
+def declare(model: Model) -> None:
+    """Make the parameters of an FMU known by their dotted names."""
+    for name, variable in model.variables.items():
+        if variable.is_settable:
+            start = None if variable.start is None else variable.in_si(variable.start)
+            PARAMETERS[f"plant.{name}"] = _Declared(
+                variable.quantity, start, variable.value_type, variable.items
+            )
+
+
+def foreign_value(name: str, value: Any) -> Any:
+    """A value of a parameter of an FMU in SI; a ValueError if it has none like this."""
+    if (declared := PARAMETERS.get(name)) is None:
+        known = [each for each in PARAMETERS if each.startswith("plant.")]
+        raise ValueError(f"no parameter of the FMU{nearest(name, known)}")
+    if declared.quantity is not None:
+        return declared.quantity.parse(value)
+    is_number = isinstance(value, int) and not isinstance(value, bool)
+    if not (is_number if declared.kind is int else isinstance(value, declared.kind)):
+        raise ValueError(f"expected {declared.kind.__name__}; found {value!r}")
+    if declared.items and value not in declared.items:
+        raise ValueError(f"expected one of {', '.join(map(str, declared.items))}; found {value}")
+    return value
+
+
+def absent_signals(plant: PlantConfig) -> frozenset[str]:
+    """Signals that runs on an FMU lack; none without one."""
+    return frozenset(OUTPUTS.keys() - plant.outputs.keys() if plant.fmu is not None else ())

@@ -1,0 +1,229 @@
+"""Simulation of runs whose plant is an FMU. It is foreign code, and so never runs in the user's own process:
+a crash costs a worker.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.config.sections.plant import OUTPUTS
+from hydrofdi.engine import LocalPoolEngine, available_cores
+from hydrofdi.errors import ConfigError
+from hydrofdi.fmi.instance import Instance, PlantError, instance_of
+from hydrofdi.physics.control import converted, pid_step
+from hydrofdi.simulation.balances import Outcome, Trajectory
+from hydrofdi.simulation.inputs import (
+    Tap,
+    input_voltage,
+    load_force,
+    position_reference,
+    reading_errors,
+    steps_per_control,
+)
+
+Signals = dict[str, NDArray[np.float64]]
+"""Name of a signal → its values at communication points."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A run, its K_i, the noise in its loop, and whether every step is wanted in place of the samples."""
+
+    run: RunParameters
+    coefficient: float
+    noise: NDArray[np.float64] | None
+    every_step: bool
+
+
+def simulate_foreign(
+    runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], tap: Tap | None = None
+) -> Trajectory:
+    """Simulate runs on their FMUs; the arguments are those of `simulate_batch`.
+
+    Signals that an FMU does not give are NaN. A run that the FMU ends has the outcome ``plant_failed``, one
+    that takes its process with it ``killed``.
+    """
+    record, asked = runs[0].record, []
+    for k, (run, coefficient) in enumerate(zip(runs, leakage_coefficients, strict=True)):
+        noise, every_step = (tap.feedback_noise(k), tap.wants(k)) if tap else (None, False)
+        asked.append(Asked(run, coefficient, noise, every_step))
+    names = (*OUTPUTS, "input_voltage", "reference_position", "load_force")
+    rows = {name: np.full((len(runs), record.n_sample), np.nan) for name in names}
+    outcomes = []
+    for k, (signals, outcome) in enumerate(_results(asked)):
+        outcomes.append(outcome)
+        sampled = slice(None, None, record.steps_per_sample if asked[k].every_step else 1)
+        for name, values in signals.items():
+            rows[name][k] = values[sampled]
+        if tap and asked[k].every_step and signals:
+            tap.reader([k])(0, partial(_lane, signals, record.n_step))
+    return Trajectory(
+        time=np.arange(record.n_sample) / record.sampling_frequency,
+        bristle_deflection=np.zeros((len(runs), record.n_sample)),
+        hidden_states=np.zeros((len(runs), 0, record.n_sample)),
+        leakage_coefficient=np.array(leakage_coefficients, dtype=float),
+        outcomes=tuple(outcomes),
+        **rows,
+    )
+
+
+def _lane(signals: Signals, n_step: int, name: str) -> NDArray[np.float64]:
+    """A signal as a lane of the kernel shows it, shape (n_step, 1)."""
+    return signals.get(name, np.full(n_step, np.nan))[:, None]
+
+
+@cache
+def _workers() -> LocalPoolEngine:
+    """Processes for FMUs, which end with this one."""
+    return LocalPoolEngine(available_cores()).__enter__()
+
+
+def _results(asked: Sequence[Asked]) -> Iterator[tuple[Signals, Outcome]]:
+    """Signals and outcome of each run, in order; a worker computes them itself."""
+    if multiprocessing.parent_process() is not None:
+        yield from map(simulated, asked)
+        return
+    engine = _workers()
+    results: dict[int, tuple[Signals, Outcome]] = {}
+    for each in asked:
+        engine.submit(simulated, each)
+    for result in engine.completed():
+        if result.failure is None:
+            results[id(result.item)] = result.value
+        elif result.failure.status == "killed":
+            results[id(result.item)] = {}, Outcome("killed", result.failure.message)
+        else:
+            engine.cancel()
+            raise result.failure.error or RuntimeError(result.failure.message)
+    yield from (results[id(each)] for each in asked)
+
+
+def simulated(asked: Asked) -> tuple[Signals, Outcome]:
+    """Signals of a run, NaN after its end if it ended early."""
+    run, plant = asked.run, asked.run.plant
+    if plant.model is None:
+        raise ConfigError(
+            f"{plant.name}: is named by results only; run the experiment file that names the FMU"
+        )
+    instance, variables = instance_of(plant.model.path, plant.digest), plant.model.variables
+    given = plant.own | {name: run.value(parameter) for parameter, name in plant.parameters.items()}
+    if plant.leakage.coefficient is not None:
+        given[plant.leakage.coefficient] = asked.coefficient
+    values = {name: variables[name].own(value) for name, value in given.items()}
+    signals, outcome = _drives(run), Outcome()
+    try:
+        _advance(instance, run, values, signals, asked.noise)
+    except PlantError as error:
+        time = run.record.step * int(np.isfinite(signals["chamber_1_pressure"]).sum())
+        outcome = Outcome("plant_failed", f"{plant.name} at t = {time:g} s: {error}")
+    else:
+        if not all(np.isfinite(signals[name]).all() for name in plant.outputs):
+            outcome = Outcome("diverged", f"{plant.name} gives values that are not finite")
+    sampled = slice(None, None, 1 if asked.every_step else run.record.steps_per_sample)
+    return {name: values[sampled] for name, values in signals.items()}, outcome
+
+
+def _drives(run: RunParameters) -> Signals:
+    """What drives a run, and empty outputs."""
+    record = run.record
+    steps = np.arange(record.n_step)
+    nothing = np.full(record.n_step, np.nan)
+    signals = {name: nothing.copy() for name in run.plant.outputs} | {
+        "input_voltage": nothing,
+        "reference_position": nothing,
+        "load_force": load_force(run.load, record, steps),
+    }
+    if run.control.is_closed:
+        signals["reference_position"] = position_reference(run.input, run.control.amplitude, record, steps)
+        if "reference_position" not in run.plant.inputs:
+            signals["input_voltage"] = nothing.copy()  # the controller fills it
+    else:
+        signals["input_voltage"] = input_voltage(run.input, record, steps)
+    return signals
+
+
+def _advance(
+    instance: Instance,
+    run: RunParameters,
+    values: dict[str, Any],
+    signals: Signals,
+    noise: NDArray[np.float64] | None,
+) -> None:
+    """Run an FMU over a record; the outputs are filled as far as it goes."""
+    plant, record = run.plant, run.record
+    drives = [plant.variable(signal) for signal in plant.inputs]
+    given = [plant.variable(signal) for signal in plant.outputs]
+    held = np.column_stack([
+        (signals[signal] - each.offset) / each.factor
+        for signal, each in zip(plant.inputs, drives, strict=True)
+    ])  # fmt: skip
+    first = {each.name: value for each, value in zip(drives, np.nan_to_num(held[0]), strict=True)}
+    instance.start(values, first, record.duration)
+    set_inputs = instance.setter([each.name for each in drives])
+    outputs, step = instance.getter([each.name for each in given]), instance.step
+    rows = np.full((record.n_step, len(given)), np.nan)
+    control = _controller(run, noise, signals["input_voltage"], held)
+    try:
+        for k in range(record.n_step):
+            # The sample at a time has the inputs of the step that begins there, as in the kernel.
+            rows[k] = outputs()
+            if control is not None:
+                control(k, rows[k])
+            if k == 0 or (held[k] != held[k - 1]).any():
+                set_inputs(held[k])
+            if k + 1 < record.n_step:  # nothing is read after the last sample
+                step(k * record.step, record.step)
+    except Exception as error:
+        raise instance.failed(error) from None
+    else:
+        instance.end()
+    finally:
+        for signal, each, own in zip(plant.outputs, given, rows.T, strict=True):
+            signals[signal][:] = each.factor * own + each.offset
+
+
+def _controller(
+    run: RunParameters,
+    noise: NDArray[np.float64] | None,
+    voltages: NDArray[np.float64],
+    held: NDArray[np.float64],
+) -> Callable[[int, NDArray[np.float64]], None] | None:
+    """Function that, given a step and the outputs there, sets voltage [V] and inputs of that step.
+
+    None in open loop, or if the FMU has the controller.
+    """
+    control, sensor, record, plant = run.control, run.position_sensor, run.record, run.plant
+    if not control.is_closed or "input_voltage" not in plant.inputs:
+        return None
+    steps, due = np.arange(record.n_step), steps_per_control(run)
+    references = position_reference(run.input, control.amplitude, record, steps)
+    errors = reading_errors(run, steps, noise)
+    column, place = list(plant.inputs).index("input_voltage"), list(plant.outputs).index("piston_position")
+    drive, shown = plant.variable("input_voltage"), plant.variable("piston_position")
+    voltage = integral = previous = 0.0
+
+    def sampled(step: int, outputs: NDArray[np.float64]) -> None:
+        nonlocal voltage, integral, previous
+        if step % due == 0:
+            position = shown.factor * outputs[place] + shown.offset
+            if control.is_measured:
+                reading = sensor.gain * position + errors[step]  # (m4), then (m5) and (m6)
+                position = converted(reading, sensor.lower_end, sensor.upper_end, sensor.resolution)
+            error = references[step] - position
+            voltage, integral = map(float, pid_step(  # (c1)
+                error, previous, integral, control.proportional_gain, control.used_integral_gain,
+                control.used_derivative_gain, control.sample_time, control.voltage_limit,
+            ))  # fmt: skip
+            previous = error
+        voltages[step] = voltage
+        held[step, column] = (voltage - drive.offset) / drive.factor
+
+    return sampled

@@ -1,0 +1,291 @@
+"""An FMU in the place of the cylinder: same signals, failures that cost one run, and nothing run unasked."""
+
+import json
+import os
+import signal
+import subprocess
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from hydrofdi.errors import ConfigError, HydrofdiError
+from tests.commands import COMMAND, run, run_json
+from tests.fmus.building import Recipe, build, needs_compiler
+
+pytestmark = needs_compiler
+
+OUTPUTS = {
+    "P1": "cyl.port_a.p", "P2": "cyl.port_b.p", "x": "x", "piston_velocity": "v", "spool_position": "valve.x",
+    "supply_pressure": "supply.port.p", "internal_leakage": "q_leak",
+}  # fmt: skip
+SHORT = {"record": {"duration": "1.2 s"}, "wavelet": {"levels": 4}, "measurement": {"pairing": "common"}}
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory):
+    return build(tmp_path_factory.mktemp("fmu"))
+
+
+def on(file, **more):
+    plant = {"fmu": str(file), "inputs": {"u": "u"}, "outputs": OUTPUTS, "leakage": {"coefficient": "seal.k"}}
+    return {"plant": plant | more.pop("plant", {}), **SHORT, **more}
+
+
+SIGNALS = ("P1", "P2", "x", "piston_velocity", "spool_position", "internal_leakage_flow", "input_voltage")
+
+
+def assert_same_signals(own, other, tolerance=1e-9):
+    for name in SIGNALS:
+        size = np.abs(own[name]).max()
+        assert other[name] == pytest.approx(own[name], rel=0.0, abs=tolerance * size), name
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"leakage": {"internal_flow": "0.3 L/min"}},
+        {"control": {"law": "pid"}},
+        {
+            "control": {"law": "p", "feedback": "measured"},
+            "position_sensor": {"noise": "20 µm", "gain_error": 0.01},
+        },
+        {"pressure_1_sensor": {"order": "first", "bandwidth": "80 Hz", "noise": "20 kPa"}},
+        {
+            "measurement": {"pairing": "common", "jitter": "0.1 ms", "anti_alias": "100 Hz"},
+            "input": {"shape": "sine", "period": "0.5 s"},
+        },
+    ],
+    ids=["open", "flow", "pid", "measured", "lag", "filter"],
+)
+def test_signals_and_coefficient_are_those_of_the_own_plant(fmu, more):
+    own, other = hydrofdi.simulate({**SHORT, **more}), hydrofdi.simulate(on(fmu, **more))
+    assert_same_signals(own, other)
+    name = "internal_leakage_coefficient"
+    assert other[name] == pytest.approx(own[name], rel=1e-9)
+    assert other.detail_rms == pytest.approx(own.detail_rms, rel=1e-7)
+
+
+def test_units_of_the_fmu_or_stated_ones_become_si(fmu, tmp_path):
+    units = (("cyl.port_a.p", "bar"), ("q_leak", "l/min"), ("x", "mm"), ("v", None), ("oil.beta", "bar"))
+    other = build(tmp_path, Recipe(units=units))
+    stated = {"outputs": OUTPUTS | {"piston_velocity": "v [m/s]"}, "oil.beta": "689 MPa"}
+    assert_same_signals(
+        hydrofdi.simulate(on(fmu, plant={"oil": {"beta": 6.89e8}})),
+        hydrofdi.simulate(on(other, plant=stated)),
+    )
+
+
+def test_a_model_exchange_is_integrated(fmu, tmp_path):
+    exchange = build(tmp_path, Recipe(kinds=("ModelExchange",)))
+    asked = {"control": {"law": "pid"}}
+    assert_same_signals(hydrofdi.simulate(on(fmu, **asked)), hydrofdi.simulate(on(exchange, **asked)), 5e-3)
+
+
+@pytest.mark.parametrize("defines", [("NO_RESET",), ("FALSE_RESET",), ("ONCE", "NO_RESET"), ("CHATTY",)])
+def test_no_run_remembers_the_one_before(fmu, defines, tmp_path):
+    other, grid = (
+        build(tmp_path, Recipe(defines=defines)),
+        {"plant.oil.beta": ["551 MPa", "827 MPa", "551.1 MPa"]},
+    )
+    found = [
+        hydrofdi.sweep(on(each, name=name), grid=grid, engine="in-process", out=tmp_path / name)
+        for each, name in ((fmu, "sound"), (other, "other"))
+    ]
+    one, two = (each.dataset.chamber_1_pressure.values for each in found)
+    np.testing.assert_array_equal(one, two)
+
+
+def failing(fmu, tmp_path, **hazard):
+    ((name, time),) = hazard.items()
+    sweep = {
+        "zip": {
+            f"plant.hazard.{name}": [-1.0, time, -1.0],
+            "plant.oil.beta": ["551 MPa", "600 MPa", "689 MPa"],
+        }
+    }
+    file = tmp_path / "failing.yaml"
+    file.write_text(json.dumps(on(fmu, name="failing", sweep=sweep, limits={"time_per_job": "20 s"})))
+    return file
+
+
+@pytest.mark.parametrize(
+    ("hazard", "status", "told"),
+    [
+        ("crash", "killed", ""), ("fail", "plant_failed", "the solver of the plant gave up"),
+        ("discard", "plant_failed", "too long"), ("nan", "diverged", "not finite"),
+    ],
+)  # fmt: skip
+def test_a_run_that_its_fmu_ends_is_a_row_and_the_others_finish(fmu, hazard, status, told, tmp_path):
+    file = failing(fmu, tmp_path, **{hazard: "0.3 s"})
+    run("sweep", file, "--out", tmp_path / "out", "--workers", 2, check=1)
+    found = hydrofdi.load(tmp_path / "out")
+    assert found.statuses == {"ok": 2, status: 1}
+    assert told in found.dataset.message.values[1]
+
+
+def test_a_run_that_hangs_ends_at_its_time_limit(fmu, tmp_path):
+    found = hydrofdi.sweep(
+        failing(fmu, tmp_path, hang="0.3 s"), out=tmp_path / "out", workers=2, limits={"time_per_job": "12 s"}
+    )
+    assert found.statuses == {"ok": 2, "timeout": 1}
+
+
+def test_a_crash_ends_neither_python_nor_the_command(fmu, tmp_path):
+    crashing = on(fmu, plant={"hazard.crash": "0.3 s"})
+    assert hydrofdi.simulate(crashing).status == "killed"
+    (tmp_path / "crash.yaml").write_text(json.dumps(crashing))
+    assert run_json("simulate", tmp_path / "crash.yaml", check=1)["status"] == "killed"
+
+
+def test_what_is_stored_is_not_computed_again_unless_the_fmu_changes(tmp_path):
+    file = build(tmp_path)
+    asked = {"name": "kept", "sweep": {"grid": {"plant.oil.beta": ["551 MPa", "689 MPa"]}}}
+    computed = []
+    for recipe in (None, None, Recipe(defines=("CHATTY",))):
+        if recipe:
+            build(tmp_path, recipe)
+        computed.append(
+            hydrofdi.sweep(on(file, **asked), engine="in-process", out=tmp_path / "out").summary.completed
+        )
+    assert computed == [2, 0, 2]
+
+
+@pytest.mark.parametrize(
+    ("plant", "key", "nearest"),
+    [
+        ({"inputs": {"input_voltage": "uu"}}, "plant.inputs", "'u'"),
+        ({"inputs": {"input_voltage": "x"}}, "plant.inputs", "no input"),
+        ({"outputs": {"P1": "cyl.port_a.q"}}, "plant.outputs", "cyl.port_a.p"),
+        ({"outputs": {"P1": "x"}}, "plant.outputs", "Pa"),
+        ({"outputs": {"P3": "x"}}, "plant.outputs", "P3"),
+        ({"outputs": {"P2": "cyl.port_b.p"}}, "plant", "chamber_1_pressure"),
+        ({"leakage": {"coefficient": "q_leak"}}, "plant", "continuous output"),
+        ({"oil.bta": "551 MPa"}, "plant.oil.bta", "oil.beta"),
+        ({"oil.beta": "551 mm"}, "plant.oil.beta", "mm"),
+        ({"load.on": 3.5}, "plant.load.on", "bool"),
+        ({"friction.law": 7}, "plant.friction.law", "1, 2"),
+        ({"fmu": "nowhere.fmu"}, "plant.fmu", "No such file"),
+    ],
+)
+def test_mistakes_are_told_by_their_key_before_a_run(fmu, plant, key, nearest):
+    with pytest.raises(ConfigError) as refused:
+        hydrofdi.load_experiment(on(fmu, plant=plant))
+    (mistake,) = refused.value.mistakes
+    assert mistake.where == key
+    assert nearest in mistake.message
+
+
+def test_what_the_plant_does_not_know_cannot_vary(fmu):
+    with pytest.raises(ConfigError, match=r"plant\.parameters"):
+        hydrofdi.load_experiment(on(fmu, sweep={"grid": {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}}))
+    without = {name: each for name, each in OUTPUTS.items() if name != "internal_leakage"}
+    with pytest.raises(ConfigError, match="internal_coefficient"):
+        hydrofdi.load_experiment(on(fmu, plant={"outputs": without}, leakage={"internal_flow": "0.1 L/min"}))
+
+
+@pytest.mark.parametrize(
+    ("recipe", "reason"),
+    [
+        (Recipe(platform="win64"), "win64"),
+        (Recipe(defines=("NO_LICENCE",)), ""),
+    ],
+    ids=["platform", "licence"],
+)
+def test_an_fmu_that_cannot_run_here_is_refused_or_a_failed_row(recipe, reason, tmp_path):
+    file = build(tmp_path, recipe)
+    if reason:
+        with pytest.raises(HydrofdiError, match=reason):
+            hydrofdi.load_experiment(on(file))
+    else:
+        assert hydrofdi.simulate(on(file)).status == "plant_failed"
+
+
+def test_an_fmu_that_needs_its_tool_says_so_and_is_tried(tmp_path):
+    found = hydrofdi.check(on(build(tmp_path, Recipe(attributes=(("needsExecutionTool", "true"),)))))
+    assert any("needsExecutionTool" in warning for warning in found.warnings)
+    assert [mode["status"] for mode in found.modes] == ["ok"]
+
+
+def test_results_never_run_the_fmu_that_they_name(fmu, tmp_path):
+    file = tmp_path / "asked.yaml"
+    file.write_text(json.dumps(on(fmu, name="asked")))
+    run("sweep", file, "--out", tmp_path / "out", check=0)
+    stored = json.loads((tmp_path / "out" / "experiment.json").read_text())["plant"]["fmu"]
+    assert str(fmu) in stored
+    (run_id,) = hydrofdi.load(tmp_path / "out").dataset.run_id.values
+    run("rerun", tmp_path / "out", run_id, check=2)
+    again = run_json("rerun", tmp_path / "out", run_id, "--config", file, check=0)
+    assert again["differing"] == []
+    # A results folder in which somebody writes the form of an experiment is not believed either.
+    record = json.loads((tmp_path / "out" / "experiment.json").read_text())
+    record["plant"]["fmu"] = stored.replace(" (sha256:", "#sha256:").removesuffix(")")
+    (tmp_path / "out" / "experiment.json").write_text(json.dumps(record))
+    run("rerun", tmp_path / "out", run_id, check=2)
+
+
+def test_a_study_draws_parameters_of_the_fmu_and_one_of_them_is_the_fault(fmu, tmp_path):
+    study = {
+        "population": {"over": {"plant.oil.beta": {"uniform": "±10 %"}}},
+        "healthy": {"fit": 6, "test": 4},
+        "faults": {"over": {"plant.friction.viscous": ["500 N*s/m", "5 kN*s/m"]}, "fit": 0, "each": 3},
+        "confusions": {"soft": {"plant.load.stiffness": "-50 %"}},
+    }
+    results = hydrofdi.sweep(on(fmu, name="study", study=study), out=tmp_path / "out", workers=2)
+    assert results.statuses == {"ok": 20}
+    viscous, beta = (results.dataset[f"plant_{name}"].values for name in ("friction_viscous", "oil_beta"))
+    assert sorted(viscous) == [50.0] * 14 + [500.0] * 3 + [5000.0] * 3
+    assert len(set(beta)) == 20
+    run("report", tmp_path / "out", "--html", tmp_path / "page.html", check=0)
+
+
+def test_records_of_an_fmu_have_the_channels_that_it_gives(fmu):
+    found = hydrofdi.inspect(hydrofdi.simulate(on(fmu, plant={"outputs": {"P1": "cyl.port_a.p", "x": "x"}})))
+    assert {each.value for each in found.ranges} == {"chamber_1_pressure", "piston_position", "input_voltage"}
+
+
+def test_the_proposal_of_inspect_runs_as_it_stands(fmu, tmp_path):
+    found = run_json("inspect", fmu, "--write", tmp_path / "proposed.yaml")
+    beta = next(each for each in found["variables"] if each["name"] == "oil.beta")
+    assert (beta["unit"], beta["start"], beta["causality"]) == ("Pa", 551e6, "parameter")
+    proposed = hydrofdi.load_experiment(tmp_path / "proposed.yaml")
+    assert proposed.sweep.names == ["leakage.internal_flow", "plant.oil.beta"]
+    assert (
+        hydrofdi.simulate(tmp_path / "proposed.yaml", duration="1.2 s", wavelet={"levels": 4}).status == "ok"
+    )
+
+
+def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(fmu, tmp_path):
+    betas = [f"{modulus} MPa" for modulus in range(551, 575)]
+    file = tmp_path / "killed.yaml"
+    file.write_text(json.dumps(on(fmu, name="killed", sweep={"grid": {"plant.oil.beta": betas}})))
+    whole = hydrofdi.sweep(file, engine="in-process", out=tmp_path / "whole").dataset.detail_rms.values
+    command = [*COMMAND, "sweep", str(file), "--out", str(tmp_path / "out"), "--workers", "2"]
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, text=True, env=os.environ, start_new_session=True
+    )
+    shards = tmp_path / "out" / "shards"
+    while process.poll() is None and not (shards.is_dir() and any(shards.iterdir())):
+        pass
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    process.stderr.close()
+    run("sweep", file, "--out", tmp_path / "out", check=0)
+    np.testing.assert_array_equal(hydrofdi.load(tmp_path / "out").dataset.detail_rms.values, whole)
+
+
+@pytest.mark.long
+def test_table_3_follows_from_the_fmu(fmu, tmp_path):
+    asked = {
+        "extends": "table3", "name": "foreign",
+        "plant": on(fmu)["plant"] | {"parameters": {"fluid.bulk_modulus": "oil.beta"}},
+    }  # fmt: skip
+    own, other = (
+        hydrofdi.sweep(each, out=tmp_path / name).dataset
+        for name, each in (("own", {"extends": "table3", "name": "own"}), ("foreign", asked))
+    )
+    for name in ("delta_fixed_percent", "delta_matched_percent"):
+        assert np.abs(own[name].values - other[name].values).max() < 0.05
+    name = "internal_leakage_coefficient"
+    np.testing.assert_allclose(other[name].values, own[name].values, rtol=1e-6)

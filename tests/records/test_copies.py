@@ -1,0 +1,88 @@
+"""Copies of records are found, however they were exported; other records of the same machine are none."""
+
+import numpy as np
+import pytest
+
+from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.records.copies import Copies, sketch_of
+from tests.records.measuring import P1, P2, POSITION, VOLTAGE
+
+RATE, N_TIME = 500.0, 4000
+TIME = np.arange(N_TIME) / RATE
+
+
+def machine(seed, digit=1.0, noise=2e4):
+    """One drive, with noise of its own, as a converter of a digit [Pa] writes it."""
+    rng, drive = np.random.default_rng(seed), np.sin(2.0 * np.pi * 0.7 * TIME)
+    pressures = [80e5 + sign * 20e5 * drive + rng.normal(0.0, noise, N_TIME) for sign in (1.0, -1.0)]
+    p1, p2 = (digit * np.round(each / digit) for each in pressures)
+    position = np.round(0.01 * np.cos(2.0 * np.pi * 0.7 * TIME) + rng.normal(0.0, 1e-6, N_TIME), 7)
+    return {P1: p1, P2: p2, POSITION: position, VOLTAGE: np.round(drive, 3)}
+
+
+def sketch(channels):
+    batch = RecordBatch({each: samples[None] for each, samples in channels.items()}, RATE, ("a",))
+    return sketch_of(batch, 0)
+
+
+def each(change):
+    return lambda channels: {name: change(samples) for name, samples in channels.items()}
+
+
+COPIES = {
+    "equal": each(lambda samples: samples),
+    "rounded": lambda channels: {
+        name: np.round(samples, -2 if name in (P1, P2) else 5) for name, samples in channels.items()
+    },
+    "scaled": each(lambda samples: samples * 1.0000001),
+    "scaled and printed": lambda channels: {
+        name: np.round(samples * 1.0000001, 0 if name in (P1, P2) else 7)
+        for name, samples in channels.items()
+    },
+    "absolute": lambda channels: {
+        name: samples + 101_325.0 * (name in (P1, P2)) for name, samples in channels.items()
+    },
+    "nine digits": each(lambda samples: np.array([float(f"{value * 1e-5:.9g}") * 1e5 for value in samples])),
+    "single precision": each(lambda samples: samples.astype(np.float32).astype(float)),
+    "without its first sample": each(lambda samples: samples[1:]),
+    "without its last samples": each(lambda samples: samples[:-3]),
+    "one sample later": each(lambda samples: np.concatenate([samples[:1], samples[:-1]])),
+    "rounded and later": lambda channels: {
+        name: np.round(samples[1:], -2 if name in (P1, P2) else 6) for name, samples in channels.items()
+    },
+}
+
+
+@pytest.mark.parametrize("name", COPIES)
+@pytest.mark.parametrize("digit", [1.0, 1e4])
+def test_a_copy_is_found(name, digit):
+    copies, channels = Copies(), machine(7, digit)
+    for seed in (5, 6, 7, 8):
+        assert copies.find(sketch(machine(seed, digit))) is None
+    assert copies.find(sketch(COPIES[name](channels))) == 2
+
+
+@pytest.mark.parametrize(("digit", "noise"), [(1.0, 2e4), (1.0, 300.0), (1e4, 2e4), (1e4, 4e3), (5e4, 1e4)])
+def test_another_record_of_one_drive_is_no_copy(digit, noise):
+    copies = Copies()
+    assert {copies.find(sketch(machine(seed, digit, noise))) for seed in range(12)} == {None}
+
+
+def test_a_record_at_rest_tells_nothing_but_equality():
+    copies, rng = Copies(), np.random.default_rng(3)
+    for _ in range(5):
+        rest = {P1: 80e5 + 1e4 * rng.integers(0, 2, N_TIME), P2: 70e5 + 1e4 * rng.integers(0, 2, N_TIME)}
+        assert copies.find(sketch(rest)) is None
+    assert copies.find(sketch(rest)) == 4
+
+
+def test_one_channel_that_differs_makes_another_record():
+    copies, one, other = Copies(), machine(1), machine(2)
+    assert copies.find(sketch(one)) is None
+    assert copies.find(sketch({**one, P2: other[P2]})) is None
+    assert copies.known(sketch({**one, VOLTAGE: other[VOLTAGE] + 1.0})) == 0
+
+
+def test_channels_of_simulated_records_are_compared_as_a_whole():
+    batch = RecordBatch({Channel.CHAMBER_1_PRESSURE: machine(1)[P1][None]}, RATE, ("a",))
+    assert sketch_of(batch, 0, is_near=False).channels == {}

@@ -9,48 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrofdi.diagnosis.causes import CAUSES, CONTRASTS, GAPS, N_FINE, N_PLACE, NAMES, OF_EDGES, PLACE
 from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, window_equations
 from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, new_sums, weak_weights
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
-
-N_PLACE = 6
-"""Number of places on the stroke at which K_i is an unknown of its own."""
-
-LEAKS = tuple(f"internal_coefficient_{place}" for place in range(N_PLACE))
-
-N_FINE = 18
-"""Number of places on the stroke at which a score may leak."""
-
-SCORES = tuple(f"leak_{place}" for place in range(N_FINE))
-
-GAPS = tuple(f"gap_{place}" for place in range(N_FINE))
-
-_MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "lag", "position_lag")
-
-NAMES = (*LEAKS, *UNKNOWNS[1:], *_MORE)
-"""Unknowns: K_i along the stroke, those of `chamber_balance`, conductances of a laminar seal leak and of
-leaks of each chamber to the outside, relative gain errors of the pressures, and how much spool and position
-are behind [s]."""
-
-CAUSES = (*NAMES, "position_gain", "bow", "feed_1", "feed_2", *SCORES, *GAPS)
-"""The unknowns, and what else a fault may change and is seen through them: relative gain error of the
-position (as an unknown it would explain all motion away), that of the valve at its largest opening if it
-grows evenly from none, conductances of the clearance of each supply edge, and holes and gaps along the
-stroke, at more places than K_i is an unknown of its own."""
-
-N_CHANGE = len(NAMES) + 2
-"""Number of the causes that are no detail of a listed fault."""
-
-PLACE = {name: place for place, name in enumerate(CAUSES)}
-
-EDGES = {"supply 1": (1, 1), "return 1": (1, -1), "supply 2": (-1, -1), "return 2": (-1, 1)}
-"""Metering edge → sign of its chamber, and of the spool position that opens it."""
-
-_OF_EDGES = ("lap", "offset", "lap_by_feeding", "lap_by_chamber")
-
-CONTRASTS = np.array([(1, side, chamber * side, chamber) for chamber, side in EDGES.values()], dtype=float)
-"""Lap of each edge from `_OF_EDGES`."""
 
 _OF_PRESSURES = ("supply", "bias_1", "bias_2")
 
@@ -137,7 +100,7 @@ class FaultBalance:
     def _near(self, values: Array) -> Array:
         """Those unknowns (n_record, N) in which the equations are not linear, within their bounds."""
         about = np.zeros_like(values)
-        laps, reach = [PLACE[name] for name in _OF_EDGES], _FARTHEST * self.largest_opening
+        laps, reach = [PLACE[name] for name in OF_EDGES], _FARTHEST * self.largest_opening
         found = np.clip((values[:, laps] * self.scales[laps]) @ CONTRASTS.T, -reach, reach)
         # Rows of `CONTRASTS` are orthogonal, of length 2.
         about[:, laps] = 0.25 * found @ CONTRASTS / self.scales[laps]
@@ -195,7 +158,7 @@ class FaultBalance:
         balance = VolumeBalance(records, options)
         shape = (n_record, records.n_time)
         physical = about * self.scales[: len(NAMES)]
-        laps = physical[:, [PLACE[name] for name in _OF_EDGES]] @ CONTRASTS.T
+        laps = physical[:, [PLACE[name] for name in OF_EDGES]] @ CONTRASTS.T
         more, *biases = (physical[:, [PLACE[name]]] for name in _OF_PRESSURES)
         reference = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
         supply = reference * (1.0 + more)

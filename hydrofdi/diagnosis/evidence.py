@@ -15,9 +15,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import CAUSES, N_CHANGE, NAMES
+from hydrofdi.diagnosis.causes import CAUSES, N_CHANGE, NAMES, UNLISTED
 from hydrofdi.diagnosis.history import History
-from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, UNLISTED, Hypothesis
+from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, Hypothesis
 from hydrofdi.records import Array
 
 PRIOR_HEALTHY, PRIOR_NONE = 0.9, 0.3

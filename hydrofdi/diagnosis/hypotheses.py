@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import CAUSES, EDGES, GAPS, LEAKS, N_FINE, N_PLACE, SCORES
+from hydrofdi.diagnosis.causes import CAUSES, EDGES, GAPS, LEAKS, N_FINE, N_PLACE, SCORES
 from hydrofdi.diagnosis.history import History
 from hydrofdi.records import Array
 
@@ -43,25 +43,6 @@ class Hypothesis:
 
 
 HEALTHY, NONE = "healthy", "none_of_these"
-
-UNLISTED = (
-    "lap", "clearance", "supply_resistance", "gain_by_direction", "gain_by_feeding", "gain_by_chamber", "lag",
-    "position_lag", "bow", "viscous", "stiffness",
-)  # fmt: skip
-"""Causes of which one may change alone in a fault without a hypothesis."""
-
-SENSORS: Mapping[str, Mapping[str, float]] = {
-    "supply pressure": {"supply": 2e-3},
-    "return pressure": {"return_pressure": 2e4},
-    "load force": {"coulomb": 10.0, "force": 50.0},
-    "a second gauge on chamber 1": {"bias_1": 1e4, "gain_1": 1e-3},
-    "a second gauge on chamber 2": {"bias_2": 1e4, "gain_2": 1e-3},
-    "a second position sensor": {"position_gain": 1e-3},
-    "spool position": {"flow_gain": 5e-3},
-    "an oil sample (air, bulk modulus)": {"free_air": 1e-3},
-}
-"""What can be measured in addition → quantities that it states, and their errors in SI."""
-
 
 _LEAKING = "stop the piston, close the valve and watch whether it drifts; plan to replace the seal"
 _OUTSIDE = "look for oil at rod seal, fittings and hoses; a worn return edge of the valve looks the same"

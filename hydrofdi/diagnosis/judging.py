@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import CAUSES
+from hydrofdi.diagnosis.causes import CAUSES, SENSORS
 from hydrofdi.diagnosis.evidence import SIZES, Evidence, Shift, whitened
-from hydrofdi.diagnosis.history import History, signatures
-from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, SENSORS, Hypothesis, hypotheses
+from hydrofdi.diagnosis.history import History
+from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, Hypothesis, hypotheses
+from hydrofdi.diagnosis.signatures import signatures
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.indicators.balancing import P1, P2, X
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -193,18 +194,9 @@ class Judge:
         deviation = float(np.hypot(1.0 / np.sqrt(moved[best]), _SIZE * hypothesis.error * size))
         is_named = found[0] >= NAMED
         looks_like, told_by = self._confusable(hypothesis, best, size if is_named else 0.0, evidence)
-        return Finding(
-            name,
-            hypothesis.title,
-            hypothesis.unit,
-            hypothesis.advice,
-            **range_of,
-            size=size,
-            size_low=max(0.0, size - 1.96 * deviation),
-            size_high=size + 1.96 * deviation,
-            looks_like=looks_like,
-            told_by=told_by,
-        )
+        known = Finding(name, hypothesis.title, hypothesis.unit, hypothesis.advice, **range_of)
+        low, high = max(0.0, size - 1.96 * deviation), size + 1.96 * deviation
+        return replace(known, size=size, size_low=low, size_high=high, looks_like=looks_like, told_by=told_by)
 
     def _confusable(
         self, hypothesis: Hypothesis, best: int, size: float, evidence: Evidence

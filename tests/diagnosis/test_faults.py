@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.diagnosis.balance import PLACE
-from hydrofdi.diagnosis.history import history_of, history_of_sheet, signatures
+from hydrofdi.diagnosis.causes import PLACE
+from hydrofdi.diagnosis.history import history_of, history_of_sheet
 from hydrofdi.diagnosis.judging import Judge
+from hydrofdi.diagnosis.signatures import signatures
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
 from tests.diagnosis.conftest import N_HEALTHY

@@ -31,6 +31,7 @@ _LONGEST_LINE = 2**26
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 _OTHER_NUMBER = re.compile(r"[-+\u2212]?\d[\d.,' \u00a0\u202f]*([eEdD][-+]?\d+)?")
 """A number in any format."""
+_NO_NUMBER = re.compile(r": '[^\d']+' is not a number$")
 _MOST_COLUMNS = 16_384
 """As in a sheet of Excel."""
 _SOME = 1000
@@ -235,7 +236,8 @@ class TextTable(Table):
                     reading.n_waiting += 1
                 else:
                     is_value = str(found).startswith("column")
-                    hint = FOOT_HINT if is_value and reading.n_row else HEAD_HINT
+                    is_foot = _NO_NUMBER.search(str(found))
+                    hint = HEAD_HINT if not (is_value and reading.n_row) else FOOT_HINT if is_foot else ""
                     raise DataError(f"{self.place}:{number + row}: {found}{hint}")
         self.remarks = tuple(reading.remarks(is_unended))
         self._n_row, self._broken = reading.n_row, reading.broken

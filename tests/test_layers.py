@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import hydrofdi
 
 PACKAGE = Path(hydrofdi.__file__).parent
@@ -147,11 +149,26 @@ def test_an_outside_library_is_imported_only_at_home():
     assert astray == []
 
 
-def test_what_reads_records_never_loads_what_makes_them():
-    code = (
-        "import sys; from hydrofdi.indicators import indicator_kind, indicator_names;"
-        "[indicator_kind(name) for name in indicator_names()];"
-        "print(sorted(m for m in sys.modules if m.startswith(('hydrofdi.config', 'hydrofdi.simulation'))))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+EVALUATION = (
+    "import pkgutil, importlib, hydrofdi.evaluation as room;"
+    "[importlib.import_module(m.name) for m in pkgutil.walk_packages(room.__path__, room.__name__ + '.')]"
+)
+INDICATORS = (
+    "from hydrofdi.indicators import indicator_kind, indicator_names;"
+    "[indicator_kind(name) for name in indicator_names()]"
+)
+
+
+@pytest.mark.parametrize(
+    ("code", "forbidden"),
+    [
+        ("import hydrofdi", r"numpy|numba|pydantic|h5py"),
+        (INDICATORS, r"hydrofdi\.(config|simulation)"),
+        (EVALUATION, r"scipy|hydrofdi\.(?!errors|evaluation|version)\w+"),
+    ],
+    ids=["the package", "what reads records", "the room of arrays"],
+)
+def test_a_part_never_loads_what_it_must_not_know(code, forbidden):
+    code += "; import re, sys; print([name for name in sys.modules if re.match(sys.argv[1], name)])"
+    done = subprocess.run([sys.executable, "-c", code, forbidden], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -61,8 +61,8 @@ Mode = dict[str, Any]
 ``leakage_flow_at_reference``, q_il at 8 MPa [m³/s]; ``piston_share``, mean leakage flow over the mean of
 A_1 abs(v_p) [-]; ``frequency`` f_h [Hz] and ``damping_ratio`` ζ [-]; ``level`` whose band holds f_h, 0 above
 d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from the nearest edge of a band;
-``stroke_share``, largest abs(x_p) over half of the stroke, or V/A without one [-]; ``pressure_range``, ends
-of P_1 [Pa]; ``status`` and ``verdict``. Of an FMU, what follows from the equations of a plant is NaN."""
+``stroke_share``, largest abs(x_p) over half of the stroke, or V/A without one [-]; ``status`` and
+``verdict``. Of an FMU also ``pressure_range``, ends of P_1 [Pa]; what takes equations is NaN."""
 
 
 MOST_ROWS = 24
@@ -301,6 +301,8 @@ def _mode_of_run(
     speed = np.mean(np.abs(row.get("piston_velocity", np.nan)))
     piston_flow = actuator.piston_area * float(speed)
     level, octaves = place_in_bands(frequency, bands)
+    is_foreign = job.parameters.plant.fmu is not None
+    ends = [float(row[f"chamber_1_pressure_{end}"]) for end in ("min", "max")]
     return {
         "labels": {name: job.parameters.shown_value(name) for name in labels},
         "bulk_modulus": job.parameters.fluid.bulk_modulus,
@@ -312,11 +314,10 @@ def _mode_of_run(
         "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),
         "level": level,
         "octaves_to_edge": octaves,
-        "stroke_share": math.nan if job.parameters.plant.fmu else stroke_share(job.parameters, row),
-        "pressure_range": tuple(float(row[f"chamber_1_pressure_{end}"]) for end in ("min", "max")),
+        "stroke_share": math.nan if is_foreign else stroke_share(job.parameters, row),
         "status": str(row["status"]),
         "verdict": str(row["verdict"]),
-    }
+    } | ({"pressure_range": ends} if is_foreign else {})
 
 
 def _noise(runs: Iterable[RunRequest], rows: Sequence[Mapping[str, Any]]) -> list[dict[str, float]]:

@@ -200,13 +200,14 @@ class RunParameters(Section):
         return self.plant.own.get(field) if is_foreign(name) else getattr(getattr(self, section), field)
 
     def shown_sections(self) -> dict[str, dict[str, Any]]:
-        """All parameters by section, as results show them."""
+        """All parameters by section, as results show them; that of an FMU if there is one."""
         return {
             name: {
                 field: self.shown_value(f"{name}.{field}")
                 for field in (*type(section).model_fields, *(section.model_extra or {}))
             }
             for name, section in ((name, self.__dict__[name]) for name in type(self).model_fields)
+            if name != "plant" or not section.is_default
         }
 
     def shown_value(self, name: str) -> Any:

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
+from hydrofdi.config.request import parameter_unit
+from hydrofdi.config.sections.plant import is_foreign
 from hydrofdi.config.sweep import (
     Axes,
     CorrelationConfig,
@@ -95,12 +97,13 @@ class HealthyConfig(Section):
 
 
 class FaultsConfig(Section):
-    """Leaks to be found. ``leakage.internal_flow: [0.1 L/min, …]`` is short for ``over:
-    {leakage.internal_flow: …}``.
+    """Leaks to be found, or levels of a parameter of an FMU. ``leakage.internal_flow: [0.1 L/min, …]`` is
+    short for ``over: {leakage.internal_flow: …}``.
     """
 
     over: Axes = Field(default_factory=dict)
-    """``leakage.internal_flow`` or ``leakage.internal_coefficient`` → levels, in all forms of an axis."""
+    """``leakage.internal_flow``, ``leakage.internal_coefficient`` or ``plant.…`` → levels, in all forms of an
+    axis."""
 
     each: Count
     """Test records of each level."""
@@ -126,8 +129,11 @@ class FaultsConfig(Section):
 
     @model_validator(mode="after")
     def _leaks_across_the_seal(self) -> Self:
-        if [name.startswith(SEAL) for name in self.over] != [True]:
-            raise ValueError("a fault is one leak: leakage.internal_flow or leakage.internal_coefficient")
+        if [name.startswith(SEAL) or is_foreign(name) for name in self.over] != [True]:
+            raise ValueError(
+                "a fault is one leak, leakage.internal_flow or leakage.internal_coefficient, or one parameter"
+                " of an FMU, plant.…"
+            )
         if 0.0 in self.levels:
             raise ValueError("a leak of 0 is not a fault; healthy.test already gives its alarm rate")
         return self
@@ -396,9 +402,11 @@ def _before(judged: Sequence[Drawn]) -> list[Drawn]:
     return [_healthy(Population("before", Kind.BEFORE, is_fit), count) for is_fit, count in counts]
 
 
+_SEALED = {"leakage.internal_coefficient": 0.0}
+
+
 def _healthy(population: Population, count: int, settings: Mapping[str, Any] | None = None) -> Drawn:
-    sealed = {"leakage.internal_coefficient": 0.0}
-    return Drawn(population, count, _stream(population), sealed | dict(settings or {}))
+    return Drawn(population, count, _stream(population), _SEALED | dict(settings or {}))
 
 
 def _faulty(study: StudyConfig) -> list[Drawn]:
@@ -410,7 +418,10 @@ def _faulty(study: StudyConfig) -> list[Drawn]:
         for is_fit, count in ((True, faults.fit), (False, faults.each)):
             population = Population(_leak(faults.parameter, level), Kind.FAULT, is_fit, level)
             if count:
-                drawn.append(Drawn(population, count, _stream(population), {faults.parameter: level}))
+                settings = {} if faults.parameter.startswith(SEAL) else _SEALED
+                drawn.append(
+                    Drawn(population, count, _stream(population), settings | {faults.parameter: level})
+                )
     return drawn
 
 
@@ -436,6 +447,10 @@ def _alone(study: StudyConfig) -> list[Drawn]:
 def _leak(parameter: str, level: float) -> str:
     if parameter == "leakage.internal_flow":
         return f"{convert(level, 'L/min'):.4g} L/min"
+    if not parameter.startswith(SEAL):
+        return (
+            f"{parameter.partition('.')[2]} {shown_quantity(level, parameter_unit(parameter) or '1')}".strip()
+        )
     return f"K_i {shown_quantity(level, K_I_UNIT)}"
 
 

@@ -25,6 +25,9 @@ _MOST, _LIKE, _LEAST, _SURE = 0.75, 0.1, 0.05, 30.0
 """Share of the misfit that a constant must explain; how much less a second one may; least change; least
 decrease of twice the negative logarithm of the likelihood."""
 
+_IMPOSSIBLE = 1e9
+"""Of a data sheet with which a chamber has no volume."""
+
 _SAME_AS = {"flow_gain": ("area_gradient", "spool_gain")}
 """Constant → others that the balance sees only in their product."""
 
@@ -60,7 +63,7 @@ def likeliest_wrong(options: WindowOptions, records: RecordBatch) -> list[Wrong]
         fitted = minimize_scalar(lambda x, name=name: doubt(name, x), bounds=bounds, method="bounded",
                                  options={"xatol": 0.01, "maxiter": 10})  # fmt: skip
         if abs(fitted.x) > np.log2(1.0 + _LEAST):
-            found.append(Wrong(name, now[name] * 2.0 ** float(fitted.x), 1.0 - float(fitted.fun) / whole))
+            found.append(Wrong(name, now[name] * 2.0 ** float(fitted.x), float(1.0 - fitted.fun / whole)))
     found = [each for each in found if each.share > max(_MOST, _SURE / whole)]
     found.sort(key=lambda each: -each.share)
     return [each for each in found[:2] if each.share > found[0].share - _LIKE]
@@ -89,7 +92,7 @@ def _doubt(options: WindowOptions, records: RecordBatch) -> float:
         used = counts[r] > 0.0
         rows = (columns[r][used] * known.deviations / known.error).reshape(-1, N_UNKNOWN)
         if not (len(rows) and np.isfinite(rows).all()):
-            return np.inf
+            return _IMPOSSIBLE
         found, residuals, *_ = map_estimate(
             rows, targets[r][used].ravel() / known.error, np.zeros(N_UNKNOWN), known
         )

@@ -24,7 +24,9 @@ def make_report(data: ExperimentData) -> ComposedReport:
     if experiment.study is not None:
         from hydrofdi.report.detection.report import report_study
 
-        return report_study(data, partial(nominal_signals, data))
+        # results never run the FMU that they name
+        is_own = data.experiment.plant.fmu is None
+        return report_study(data, partial(nominal_signals, data) if is_own else None)
     if experiment.paper:
         from hydrofdi.papers.maddahi2015.report import StudyReport
 

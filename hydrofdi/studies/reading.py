@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.runs import study_roles
 from hydrofdi.config.study import DetectionConfig, StudyTable
 from hydrofdi.detectors.rules import make_score, score_kind
@@ -115,9 +116,9 @@ def _records(data: ExperimentData, roles: StudyTable, design: int, rows: NDArray
     study = data.experiment.study
     assert study is not None
     parameter = study.faults.parameter if study.faults else "leakage.internal_flow"
-    variable, unit = _SEVERITIES[parameter]
+    variable, unit = _SEVERITIES.get(parameter, (MEAN_LEAKAGE_FLOW, parameter_unit(parameter) or "1"))
     severity = np.asarray(data.columns[variable][rows], dtype=float)
-    if study.faults and study.faults.severity == "level":
+    if study.faults and (study.faults.severity == "level" or parameter not in _SEVERITIES):
         nominal = np.array([population.severity for population in roles.populations])[roles.of_run[rows]]
         severity = np.where(np.isnan(severity), np.nan, nominal)
     method = study.population.method

@@ -1,7 +1,5 @@
 """Curves of the probability of detection: what is recovered, what is bounded, what is refused."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -215,18 +213,6 @@ def test_the_floor_keeps_false_alarms_from_counting_as_detections():
     assert lack_of_fit(wrong) < 1e-6
     estimate = smallest_detectable(right, probability=0.5, confidence=None)
     assert estimate.value == pytest.approx(truth, rel=0.05)
-
-
-@pytest.mark.parametrize("n_record", [10, 16, 40, 100])
-def test_rounding_moves_no_level_to_another_cell(n_record):
-    draw = np.random.default_rng(n_record)
-    severity = np.repeat(np.geomspace(0.01, 1.0, 20), n_record)
-    for _ in range(20):
-        outcomes = hits(draw, severity, location=-1.0, spread=0.6)
-        curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.01)
-        for change in (-1e-15, 1e-15):
-            moved = dataclasses.replace(curve, intercept=curve.intercept * (1.0 + change))
-            assert lack_of_fit(moved) == pytest.approx(lack_of_fit(curve), rel=1e-9)
 
 
 def test_a_right_curve_seldom_lacks_fit_and_a_wrong_one_does():

@@ -1,8 +1,6 @@
 """Thresholds: quantiles, tolerance limits and tails."""
 
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -147,18 +145,6 @@ def test_suspicion_grows_with_the_departure():
     assert suspicion([1.0, 2.0], Direction.FALLING).tolist() == [-1.0, -2.0]
     with pytest.raises(ValueError, match="not finite"):
         suspicion([1.0], Direction.BOTH, math.inf)
-
-
-def test_the_room_knows_arrays_alone_and_starts_without_scipy():
-    code = (
-        "import sys, pkgutil, importlib, hydrofdi.evaluation as room;"
-        "names = [m.name for m in pkgutil.walk_packages(room.__path__, room.__name__ + '.')];"
-        "[importlib.import_module(name) for name in names];"
-        "loaded = [m for m in sys.modules if m.startswith(('hydrofdi.', 'scipy.'))];"
-        "print(sorted({'.'.join(m.split('.')[:2]) for m in loaded}))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['hydrofdi.errors', 'hydrofdi.evaluation', 'hydrofdi.version']"
 
 
 @pytest.mark.parametrize("shape", [-0.3, -1e-12, 0.0, 0.4])

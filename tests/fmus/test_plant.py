@@ -155,10 +155,10 @@ def test_what_is_stored_is_not_computed_again_unless_the_fmu_changes(tmp_path):
 @pytest.mark.parametrize(
     ("plant", "key", "nearest"),
     [
-        ({"inputs": {"input_voltage": "uu"}}, "plant", "'u'"),
-        ({"inputs": {"input_voltage": "x"}}, "plant", "no input"),
-        ({"outputs": {"P1": "cyl.port_a.q"}}, "plant", "cyl.port_a.p"),
-        ({"outputs": {"P1": "x"}}, "plant", "Pa"),
+        ({"inputs": {"input_voltage": "uu"}}, "plant.inputs", "'u'"),
+        ({"inputs": {"input_voltage": "x"}}, "plant.inputs", "no input"),
+        ({"outputs": {"P1": "cyl.port_a.q"}}, "plant.outputs", "cyl.port_a.p"),
+        ({"outputs": {"P1": "x"}}, "plant.outputs", "Pa"),
         ({"outputs": {"P3": "x"}}, "plant.outputs", "P3"),
         ({"outputs": {"P2": "cyl.port_b.p"}}, "plant", "chamber_1_pressure"),
         ({"leakage": {"coefficient": "q_leak"}}, "plant", "continuous output"),
@@ -223,6 +223,21 @@ def test_results_never_run_the_fmu_that_they_name(fmu, tmp_path):
     record["plant"]["fmu"] = stored.replace(" (sha256:", "#sha256:").removesuffix(")")
     (tmp_path / "out" / "experiment.json").write_text(json.dumps(record))
     run("rerun", tmp_path / "out", run_id, check=2)
+
+
+def test_a_study_draws_parameters_of_the_fmu_and_one_of_them_is_the_fault(fmu, tmp_path):
+    study = {
+        "population": {"over": {"plant.oil.beta": {"uniform": "±10 %"}}},
+        "healthy": {"fit": 6, "test": 4},
+        "faults": {"over": {"plant.friction.viscous": ["500 N*s/m", "5 kN*s/m"]}, "fit": 0, "each": 3},
+        "confusions": {"soft": {"plant.load.stiffness": "-50 %"}},
+    }
+    results = hydrofdi.sweep(on(fmu, name="study", study=study), out=tmp_path / "out", workers=2)
+    assert results.statuses == {"ok": 20}
+    viscous, beta = (results.dataset[f"plant_{name}"].values for name in ("friction_viscous", "oil_beta"))
+    assert sorted(viscous) == [50.0] * 14 + [500.0] * 3 + [5000.0] * 3
+    assert len(set(beta)) == 20
+    run("report", tmp_path / "out", "--html", tmp_path / "page.html", check=0)
 
 
 def test_records_of_an_fmu_have_the_channels_that_it_gives(fmu):

@@ -118,8 +118,8 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
 def _verdict(window: JudgedWindow) -> str:
     if (fault := window.verdict.fault) is not None:
         return f"not judged, {fault.kind}: {fault.message}"
-    leak = f", {window.verdict.leak}" if window.verdict.leak else ""
-    leak += f" by {window.verdict.cause}" if window.verdict.cause else ""
+    leak = f", {window.verdict.leak.size}" if window.verdict.leak else ""
+    leak += window.verdict.cause.partition("as of a")[2].replace(" ", ", ", 1)
     doubt = f"; doubtful: {window.verdict.doubt}" if window.verdict.doubt else ""
     return (f"ALARM{leak}" if window.alarm else "healthy") + doubt
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
@@ -43,7 +43,7 @@ _STORED = re.compile(r"(?P<path>.*) \(sha256:(?P<digest>[0-9a-f]{64})\)", re.DOT
 _WITH_UNIT = re.compile(r"(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]+)\]")
 
 
-class PlantVariable(Section):
+class PlantVariable(NamedTuple):
     """A variable of an FMU, and how its values become SI: `factor` · value + `offset`."""
 
     name: str
@@ -105,9 +105,13 @@ class PlantConfig(Section):
         if not isinstance(given, Mapping):
             raise ValueError("expected 'signal: variable' pairs")
         named = {_OTHER_NAMES.get(str(key), str(key)): value for key, value in given.items()}
-        for key in named:
+        fmu = info.data.get("fmu")
+        model = named_model(fmu) if fmu else None
+        for key, text in named.items():
             if key not in known:
                 raise ValueError(f"{key}: is no signal here{nearest(key, [*known])}")
+            if model is not None:
+                plant_variable(model, key, str(text))
         return named
 
     @model_validator(mode="after")
@@ -121,8 +125,6 @@ class PlantConfig(Section):
             return self
         if model.obstacle:
             raise ValueError(f"{self.name} cannot run here: it {model.obstacle}")
-        for signal, text in (*self.inputs.items(), *self.outputs.items()):
-            self._variable(signal, text)
         if "chamber_1_pressure" not in self.outputs:
             raise ValueError("outputs: name the variable of chamber_1_pressure at least")
         leak = self.leakage.coefficient
@@ -162,19 +164,8 @@ class PlantConfig(Section):
 
     def variable(self, signal: str) -> PlantVariable:
         """The variable of an input or output, with its conversion to SI."""
-        text = {**self.inputs, **self.outputs}[signal]
-        return _converted(self._variable(signal, text), signal, text)
-
-    def _variable(self, signal: str, text: str) -> Variable:
         assert self.model is not None
-        written = _WITH_UNIT.fullmatch(text)
-        found = self.model.variable(written["name"] if written and text not in self.model.variables else text)
-        if signal in INPUTS and found.causality != "input":
-            raise ValueError(f"inputs.{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}")
-        if found.is_array or found.value_type is str:
-            raise ValueError(f"{signal}: {found.name!r} is no single number")
-        _converted(found, signal, text)
-        return found
+        return plant_variable(self.model, signal, {**self.inputs, **self.outputs}[signal])
 
 
 def with_digest(path: str) -> str:
@@ -202,20 +193,23 @@ def _kind(found: Variable) -> str:
     return " ".join(filter(None, ("an array" if found.is_array else "", found.variability, found.causality)))
 
 
-def _converted(found: Variable, signal: str, text: str) -> PlantVariable:
-    """A variable with its conversion to SI; a ValueError if it has another dimension than the signal."""
+def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
+    """The variable that a text names, with its conversion to SI; a ValueError if it is not such a signal."""
     needed = {**INPUTS, **OUTPUTS}[signal]
-    written = _WITH_UNIT.fullmatch(text) if text != found.name else None
+    written = None if text in model.variables else _WITH_UNIT.fullmatch(text)
+    found = model.variable(written["name"] if written else text)
+    if signal in INPUTS and found.causality != "input":
+        raise ValueError(f"{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}")
+    if found.is_array or found.value_type is str:
+        raise ValueError(f"{signal}: {found.name!r} is no single number")
+    exponents, factor, offset = parse_unit(found.si_unit).exponents, found.factor, found.offset
     if written:
         unit = parse_unit(written["unit"])
         exponents, factor, offset = unit.exponents, float(unit.factor), zero_of(written["unit"])
-    else:
-        exponents, factor, offset = parse_unit(found.si_unit).exponents, found.factor, found.offset
     if (written or found.si_unit != "1") and exponents != parse_unit(needed).exponents:
-        raise ValueError(
-            f"{signal} needs {needed}; {found.name!r} is in {written['unit'] if written else found.unit}"
-        )
-    return PlantVariable(name=found.name, factor=factor, offset=offset)
+        own = written["unit"] if written else found.unit
+        raise ValueError(f"{signal} needs {needed}; {found.name!r} is in {own}")
+    return PlantVariable(found.name, factor, offset)
 
 
 class _Declared:

@@ -52,10 +52,15 @@ class Leak(NamedTuple):
         low, high = self.interval
         return {"flow": self.flow, "low": low, "high": high}
 
-    def __str__(self) -> str:
+    @property
+    def size(self) -> str:
+        """The flow and its interval as text."""
         ends = (max(0.0, self.flow), *self.interval)
         flow, low, high = (number_text(convert(each, "L/min"), 2) for each in ends)
-        return f"a leak of {flow} L/min in the mean ({low} to {high})"
+        return f"{flow} L/min ({low} to {high})"
+
+    def __str__(self) -> str:
+        return f"a mean leak of {self.size}"
 
 
 @dataclass(frozen=True, slots=True)

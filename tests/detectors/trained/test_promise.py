@@ -20,7 +20,7 @@ def test_an_alarm_states_the_mean_flow_with_its_interval_and_drifts_with_the_are
     assert found.to_dict()["flow_L_per_min"] == pytest.approx(1.0)
     assert found.to_dict()["flow_interval_L_per_min"] == pytest.approx([0.6, 1.4])
     assert found.to_dict()["drift_mm_per_min"] == pytest.approx(500.0)
-    assert "1 L/min in the mean (0.6 to 1.4), a drift of 500 mm/min" in found.sentences
+    assert "a mean leak of 1 L/min (0.6 to 1.4), a drift of 500 mm/min" in found.sentences
 
 
 def test_an_interval_does_not_reach_below_zero():

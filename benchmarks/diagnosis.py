@@ -25,9 +25,10 @@ import numpy as np
 import hydrofdi
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
-from hydrofdi.diagnosis.evidence import Judge
-from hydrofdi.diagnosis.history import history_of, signatures
+from hydrofdi.diagnosis.history import history_of
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE
+from hydrofdi.diagnosis.judging import Judge
+from hydrofdi.diagnosis.signatures import signatures
 from hydrofdi.evaluation.rates import clopper_pearson
 from hydrofdi.indicators.registry import sound_indicator
 
@@ -157,7 +158,7 @@ def machine(task: tuple[str, int, dict[str, Any], dict[str, float] | None, str])
             if record is None:
                 continue
             (signature,), estimates = signatures(history.balance, record, history.variance)
-            findings = judge.judge(signature, estimates.gains[0], estimates.covariances[0])
+            findings = judge.judge(signature, estimates.gains[0], estimates.noise[0])
             chances = {each.name: each.probability for each in findings}
             sized = [(each.size, each.size_low, each.size_high) for each in findings if each.name == name]
             deviation = (signature - history.centre) / np.sqrt(np.diag(history.scatter))

@@ -200,7 +200,8 @@ def _symbol(symbol: str, text: str) -> Unit:
 
 
 SPELLINGS = {
-    "s": "sec second seconds", "ms": "msec", "h": "hr hour hours", "Hz": "hertz cps", "1/min": "rpm",
+    "s": "sec secs second seconds sek sekunden", "ms": "msec milliseconds", "min": "minutes minuten",
+    "µs": "usec microseconds", "h": "hr hour hours stunden", "Hz": "hertz cps", "1/min": "rpm",
     "in": "inch inches", "ft": "foot feet", "µm": "micron microns", "mm²": "sqmm", "cm³": "cc ccm",
     "L": "liter liters litre litres ltr", "L/min": "lpm", "mL/min": "mlpm", "galUS": "gal gallon gallons",
     "galUS/min": "gpm usgpm", "galUK/min": "gpm", "kgf": "kp", "lb": "lbs", "N·m": "nm",
@@ -211,6 +212,8 @@ SPELLINGS = {
 
 _WORD = re.compile(r"[A-Za-zµμ]+")
 _BARE_POWER = re.compile(r"(?<=[a-zA-Zµμ])(?:\*\*|\^)?([23])(?![\d.])")
+_UNLIKELY = ("Mm", "Ms")
+"""What capitals do not stand for: MM are millimetres."""
 _KNOWN = [*SYMBOLS, *(prefix + stem for prefix in PREFIXES for stem in sorted(PREFIXABLE))]
 _MOST_READINGS = 100
 
@@ -238,7 +241,7 @@ def _meant(word: str) -> list[str]:
     small = word.lower()
     if spelt := [unit for unit, names in SPELLINGS.items() if small in names.split()]:
         return spelt
-    found = [known for known in _KNOWN if known.lower() == small]
+    found = [known for known in _KNOWN if known.lower() == small and known not in _UNLIKELY]
     return [known for known in found if word != small and known[0] == word[0]] or found
 
 

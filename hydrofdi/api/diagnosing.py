@@ -14,7 +14,7 @@ from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.diagnosis.diagnosing import Diagnosed
 from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
-from hydrofdi.diagnosis.evidence import Finding
+from hydrofdi.diagnosis.judging import Finding
 from hydrofdi.errors import ConfigError
 from hydrofdi.records import Channel
 from hydrofdi.report.table import Column, Table

@@ -9,43 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrofdi.diagnosis.causes import CAUSES, CONTRASTS, GAPS, N_FINE, N_PLACE, NAMES, OF_EDGES, PLACE
 from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, window_equations
 from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, new_sums, weak_weights
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
 
-N_PLACE = 6
-"""Number of places on the stroke at which K_i is an unknown of its own."""
-
-LEAKS = tuple(f"internal_coefficient_{place}" for place in range(N_PLACE))
-
-GAPS = tuple(f"laminar_{place}" for place in range(N_PLACE))
-
-_MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "lag", "position_lag")
-
-NAMES = (*LEAKS, *UNKNOWNS[1:], *_MORE)
-"""Unknowns: K_i along the stroke, those of `chamber_balance`, conductances of a laminar seal leak and of
-leaks of each chamber to the outside, relative gain errors of the pressures, and how much spool and position
-are behind [s]."""
-
-CAUSES = (*NAMES, "position_gain", "feed_1", "feed_2", *GAPS)
-"""The unknowns, and what else a fault may change and is seen through them: relative gain error of the
-position (as an unknown it would explain all motion away), conductances of the clearance of each supply edge
-and of a laminar leak along the stroke."""
-
-PLACE = {name: place for place, name in enumerate(CAUSES)}
-
-EDGES = {"supply 1": (1, 1), "return 1": (1, -1), "supply 2": (-1, -1), "return 2": (-1, 1)}
-"""Metering edge → sign of its chamber, and of the spool position that opens it."""
-
-_OF_EDGES = ("lap", "offset", "lap_by_feeding", "lap_by_chamber")
-
-CONTRASTS = np.array([(1, side, chamber * side, chamber) for chamber, side in EDGES.values()], dtype=float)
-"""Lap of each edge from `_OF_EDGES`."""
-
 _OF_PRESSURES = ("supply", "bias_1", "bias_2")
 
-_N_FIT, _FARTHEST = 3, 0.2
+_N_FIT, _FARTHEST = 6, 0.2
 """Number of fits, each about the laps and pressures found before; the farthest of these, over the largest
 spool position and the supply pressure."""
 
@@ -64,18 +36,12 @@ class Fitted(NamedTuple):
 
 class Estimates(NamedTuple):
     """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true causes to
-    these (n_record, N, M), and covariances (n_record, N, N)."""
+    these (n_record, N, M), and expected covariances of the values (n_record, N, N)."""
 
     values: Array
     misfits: Array
     gains: Array
-    covariances: Array
-
-    @property
-    def noise(self) -> Array:
-        """Expected variances (n_record, N) of the values."""
-        own = self.gains[:, :, : len(NAMES)]
-        return np.asarray(np.einsum("rij,rij->ri", self.covariances, own))
+    noise: Array
 
 
 @dataclass(frozen=True)
@@ -113,7 +79,7 @@ class FaultBalance:
             "supply_resistance": 0.01 * supply / self.flow, "gain_by_direction": 0.015,
             "gain_by_feeding": 0.015, "gain_by_chamber": 0.015, "lap_by_feeding": lap,
             "lap_by_chamber": lap, **dict.fromkeys(("laminar", "external_1", "external_2"), flow / at),
-            **dict.fromkeys(("feed_1", "feed_2", *GAPS), flow / at),
+            **dict.fromkeys(("feed_1", "feed_2", *GAPS), flow / at), "bow": 0.05,
             "gain_1": 0.02, "gain_2": 0.02, "position_gain": 0.02, "lag": 2e-3, "position_lag": 2e-3,
         }  # fmt: skip
         if not self.both:
@@ -134,7 +100,7 @@ class FaultBalance:
     def _near(self, values: Array) -> Array:
         """Those unknowns (n_record, N) in which the equations are not linear, within their bounds."""
         about = np.zeros_like(values)
-        laps, reach = [PLACE[name] for name in _OF_EDGES], _FARTHEST * self.largest_opening
+        laps, reach = [PLACE[name] for name in OF_EDGES], _FARTHEST * self.largest_opening
         found = np.clip((values[:, laps] * self.scales[laps]) @ CONTRASTS.T, -reach, reach)
         # Rows of `CONTRASTS` are orthogonal, of length 2.
         about[:, laps] = 0.25 * found @ CONTRASTS / self.scales[laps]
@@ -147,7 +113,9 @@ class FaultBalance:
     def estimate(self, fitted: Fitted, variance: float) -> Estimates:
         """Estimates if the squared error of the equations is `variance` times the stated one."""
         values, misfits, normal, covariances = self._solved(fitted, np.full(len(fitted.counts), variance))
-        return Estimates(values, misfits, covariances @ (normal / variance), covariances)
+        gains = covariances @ (normal / variance)
+        noise = covariances @ np.swapaxes(gains[:, :, : len(NAMES)], 1, 2)
+        return Estimates(values, misfits, gains, 0.5 * (noise + np.swapaxes(noise, 1, 2)))
 
     def _solved(self, fitted: Fitted, variances: Array) -> tuple[Array, Array, Array, Array]:
         """Values and misfits of records, their equations with all causes, and covariances."""
@@ -190,7 +158,7 @@ class FaultBalance:
         balance = VolumeBalance(records, options)
         shape = (n_record, records.n_time)
         physical = about * self.scales[: len(NAMES)]
-        laps = physical[:, [PLACE[name] for name in _OF_EDGES]] @ CONTRASTS.T
+        laps = physical[:, [PLACE[name] for name in OF_EDGES]] @ CONTRASTS.T
         more, *biases = (physical[:, [PLACE[name]]] for name in _OF_PRESSURES)
         reference = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
         supply = reference * (1.0 + more)
@@ -201,8 +169,9 @@ class FaultBalance:
         weights = weak_weights(half, frequency)
         moments = np.zeros((n_record, len(CAUSES) + 1, len(CAUSES) + 1))
         counts = np.zeros(n_record)
-        leaks = self._along(signed_root(first - second), position)
-        gaps = self._along(first - second, position)
+        drop = first - second
+        leaks = self._along(signed_root(drop), position, N_PLACE)
+        scores = [*self._along(signed_root(drop), position, N_FINE), *self._along(drop, position, N_FINE)]
         speed = np.gradient(position, axis=1) * frequency
 
         def integral(signal: Array, row: int = 0) -> Array:
@@ -235,13 +204,14 @@ class FaultBalance:
             columns = [
                 *(integral(leak) for leak in leaks),
                 *np.moveaxis(regular[:, :, 1:], 2, 0),
-                integral(first - second),
+                integral(drop),
                 *own,
                 integral(gain * root * np.gradient(spool, axis=1) * frequency),
                 area * integral(speed, 1),
                 -area * integral(position, 1),
+                integral(gain * root * spool * np.abs(spool) / self.largest_opening),
                 *(fed[::-1] if chamber else fed),
-                *(integral(gap) for gap in gaps),
+                *(integral(score) for score in scores),
                 targets[:, :, chamber],
             ]
             kept = counting_windows(spool, frequency, options)
@@ -250,10 +220,10 @@ class FaultBalance:
             counts += kept.sum(axis=1)
         return moments, counts
 
-    def _along(self, flow: Array, position: Array) -> list[Array]:
+    def _along(self, flow: Array, position: Array, count: int) -> list[Array]:
         """A flow at places along the stroke: hat functions with sum 1."""
-        place = np.interp(position, self.places, np.arange(N_PLACE))
-        return [flow * np.clip(1.0 - np.abs(place - each), 0.0, 1.0) for each in range(N_PLACE)]
+        at = np.interp(position, self.places, np.linspace(0.0, count - 1.0, N_PLACE))
+        return [flow * np.clip(1.0 - np.abs(at - each), 0.0, 1.0) for each in range(count)]
 
     def _moved(self, spool: Array, laps: Array, chamber: int) -> Array:
         """Spool position less the lap of the edge of a chamber that it opens; zero in between."""

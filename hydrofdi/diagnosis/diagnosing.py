@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.diagnosis.evidence import NAMED, Finding, Judge
 from hydrofdi.diagnosis.history import FEWEST, history_of, history_of_sheet
+from hydrofdi.diagnosis.judging import NAMED, Finding, Judge
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine

@@ -7,26 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import CAUSES, LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
+from hydrofdi.diagnosis.balance import FaultBalance, Fitted
+from hydrofdi.diagnosis.causes import CAUSES, LEAKS, N_PLACE, NAMES, PLACE
+from hydrofdi.diagnosis.signatures import signature_names, signatures
 from hydrofdi.errors import DataError
-from hydrofdi.indicators.balancing import P1, P2, BalanceOptions
+from hydrofdi.indicators.balancing import BalanceOptions
 from hydrofdi.records import Array, RecordBatch
-
-FORCES = ("coulomb", "viscous", "force", "stiffness")
-"""Friction at all speeds [N] and per speed [N·s/m], force that remains [N], and force per position [N/m]."""
-
-OTHERS = ("pressure", "log_misfit")
-"""Mean of the measured chamber pressures [Pa], and logarithm of the misfit."""
 
 FEWEST = 3
 """Fewest healthy records that state a history; with fewer, the data sheet does."""
 
 _PRIOR_RECORDS = 20
 """Number of records that the expected scatter counts for."""
-
-_SMOOTHING, _DIFFERENCE, _SLOW = 0.018, 0.1, 0.05
-"""Time over which speeds are smoothed and between which forces are compared [s]; speed below which dry
-friction is linear, over the largest speed."""
 
 _USUAL = 2.5e-3
 """Usual change of friction, force and pressure from record to record, over supply pressure times area."""
@@ -38,67 +30,13 @@ _ANY = 1e3
 """Deviation of what a data sheet does not state, over that of the record."""
 
 
-def signature_names(options: BalanceOptions) -> tuple[str, ...]:
-    """What is compared, in order: unknowns of the balance, forces if both pressures are measured, others."""
-    return (*NAMES, *(FORCES if options.chambers == "both" else ()), *OTHERS)
-
-
-def signatures(
-    balance: FaultBalance, records: RecordBatch, variance: float, fitted: Fitted | None = None
-) -> tuple[Array, Estimates]:
-    """What is compared of each record (n_record, n_name), and the estimates."""
-    found = balance.estimate(fitted or balance.fit(records), variance)
-    columns = [found.values]
-    pressures = [records[P1]]
-    if balance.both:
-        columns.append(forces(balance, records))
-        pressures.append(records[P2])
-    mean = np.mean(pressures, axis=(0, 2))
-    # The floor keeps a perfect fit from being far away in the logarithm.
-    columns.append(np.stack((mean, np.log(np.maximum(found.misfits, 0.03))), axis=1))
-    return np.concatenate(columns, axis=1), found
-
-
-def forces(balance: FaultBalance, records: RecordBatch) -> Array:
-    """`FORCES` of each record (n_record, 4), robust against jumps of the load."""
-    from scipy.ndimage import uniform_filter1d
-
-    options, frequency = balance.options, records.sampling_frequency
-    position = options.position(records)
-    n_smooth = max(3, round(_SMOOTHING * frequency))
-    speed = uniform_filter1d(np.gradient(position, axis=1) * frequency, n_smooth, axis=1)
-    acceleration = np.gradient(speed, axis=1) * frequency
-    # A high quantile, as noise sets the maximum.
-    slow = _SLOW * max(float(np.quantile(np.abs(speed), 0.99)), 1e-9)
-    pushed = options.areas[0] * records[P1] - options.areas[1] * records[P2]
-    # Without the ends, at which the filter reflects the speed.
-    columns = np.stack((np.tanh(speed / slow), speed, position, acceleration), axis=2)[:, n_smooth:-n_smooth]
-    pushed = pushed[:, n_smooth:-n_smooth]
-    behind = max(1, round(_DIFFERENCE * frequency))
-    found = np.zeros((records.n_record, len(FORCES)))
-    for row in range(records.n_record):
-        # Differences leave out a load that lasts longer; weights those during which it jumps.
-        own, force = columns[row, behind:] - columns[row, :-behind], pushed[row]
-        change = force[behind:] - force[:-behind]
-        weights = np.ones(len(change))
-        for _ in range(6):
-            values = np.linalg.lstsq(own * weights[:, None], change * weights, rcond=None)[0]
-            left = np.abs(change - own @ values)
-            # Equations beyond twice the robust deviation lose weight; 1e-30 is for a perfect fit.
-            weights = 1.0 / (1.0 + (left / (2.0 * 1.4826 * np.median(left) + 1e-30)) ** 2)
-        remains = np.mean(force - columns[row] @ values)
-        # The last value, the moving mass, is fitted but not compared.
-        found[row] = values[0], values[1], remains, values[2]
-    return found
-
-
 @dataclass(frozen=True)
 class History:
     """A healthy machine: centre (n_name,) and scatter (n_name, n_name) of a further record's signature.
 
     `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations. Of the healthy records
-    that it rests on, none if on the data sheet: `noise` (N, N), the covariance of estimates that it expects
-    of a record like these; and `seen`, their signatures, gain matrices and covariances.
+    that it rests on, none if on the data sheet: `noise` (N, N), the mean covariance that is expected of their
+    estimates; and `seen`, their signatures, gain matrices and expected covariances.
     """
 
     balance: FaultBalance
@@ -124,11 +62,11 @@ class History:
         """What faults may change: the causes of the balance, and what is compared beside its unknowns."""
         return (*CAUSES, *self.names[len(NAMES) :])
 
-    def scatter_of(self, gain: Array, covariance: Array) -> Array:
-        """Scatter of a record with this gain and covariance: larger where it tells less than those before."""
+    def scatter_of(self, noise: Array) -> Array:
+        """Scatter of a record with this covariance of estimates: larger where it tells less than before."""
         scatter, n_own = self.scatter.copy(), len(NAMES)
         if self.noise is not None:
-            own = _symmetric(covariance @ gain[:, :n_own].T) + _LEAST**2 * np.eye(n_own)
+            own = noise + _LEAST**2 * np.eye(n_own)
             factor = np.linalg.cholesky(self.noise + _LEAST**2 * np.eye(n_own))
             half = np.linalg.solve(factor, np.linalg.solve(factor, own).T)
             # Eigenvalues above one: directions in which it scatters more.
@@ -163,21 +101,19 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     parts = [signatures(balance, batch, variance, own) for batch, own in zip(healthy, fits, strict=True)]
     found = np.concatenate([part[0] for part in parts])
     gains = np.concatenate([part[1].gains for part in parts])
-    covariances = np.concatenate([part[1].covariances for part in parts])
-    return _learned(balance, variance, found, gains, covariances)
+    noises = np.concatenate([part[1].noise for part in parts])
+    return _learned(balance, variance, found, gains, noises)
 
 
-def _learned(
-    balance: FaultBalance, variance: float, found: Array, gains: Array, covariances: Array
-) -> History:
+def _learned(balance: FaultBalance, variance: float, found: Array, gains: Array, noises: Array) -> History:
     """History from the signatures of healthy records (n_record, n_name), their gains and covariances."""
     names = signature_names(balance.options)
     n_record, n_own = len(found), len(NAMES)
     deviations = found - found.mean(axis=0)
     squares = np.sum(deviations**2, axis=0) / (n_record - 1)
-    noise = _symmetric(np.mean(covariances @ np.swapaxes(gains[:, :, :n_own], 1, 2), axis=0))
+    noise = np.mean(noises, axis=0)
     expected = np.diag(squares)
-    gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
+    gain, changes = gains.mean(axis=0), np.diag(_daily(balance, found.mean(axis=0)) ** 2)
     expected[:n_own, :n_own] = noise + gain @ changes @ gain.T
     expected[-1, -1] = max(squares[-1], 0.1**2)
     expected[n_own:-1, n_own:-1] += np.diag(_usual(balance, found.mean(axis=0)[n_own:-1]) ** 2)
@@ -185,9 +121,7 @@ def _learned(
     # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(
-        balance, names, found.mean(axis=0), spread, own, variance, noise, (found, gains, covariances)
-    )
+    return History(balance, names, found.mean(axis=0), spread, own, variance, noise, (found, gains, noises))
 
 
 def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
@@ -198,7 +132,7 @@ def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
     for _ in range(6):
         found = [balance.estimate(each, variance) for each in fits]
         values = np.concatenate([each.values for each in found])
-        noise = np.mean(np.concatenate([each.noise for each in found]), axis=0)
+        noise = np.diag(np.mean(np.concatenate([each.noise for each in found]), axis=0))
         told = noise > 1e-9
         # The median over the unknowns of which the records tell anything.
         share = float(np.median(np.var(values[:, told], axis=0, ddof=1) / noise[told]))
@@ -222,8 +156,7 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
         deviations[PLACE[name]] = 0.005
     gain = estimates.gains.mean(axis=0)
     scatter = np.zeros((len(names), len(names)))
-    noise = np.mean(estimates.covariances @ np.swapaxes(estimates.gains[:, :, :n_own], 1, 2), axis=0)
-    scatter[:n_own, :n_own] = _symmetric(noise)
+    scatter[:n_own, :n_own] = np.mean(estimates.noise, axis=0)
     scatter[:n_own, :n_own] += gain @ np.diag((deviations / balance.scales) ** 2) @ gain.T
     centre = np.zeros(len(names))
     for place in range(n_own, len(names)):
@@ -241,16 +174,15 @@ def _usual(balance: FaultBalance, centre: Array) -> Array:
     if not balance.both:
         return np.array([pressure])
     force = pressure * min(options.areas)
-    return np.array([force, 0.05 * abs(centre[1]), force, 0.05 * abs(centre[3]), pressure])
+    return np.array([force, 0.05 * abs(centre[1]), force, 0.01 * abs(centre[3]), pressure])
 
 
-def _daily(balance: FaultBalance) -> Array:
+def _daily(balance: FaultBalance, centre: Array) -> Array:
     """Usual changes of a healthy machine from record to record, over the scales (N,): oil 6 K warmer or
-    colder, supply, drift of sensors and of the null."""
+    colder, which changes its viscosity by a quarter, supply, drift of sensors and of the null."""
     options, opening = balance.options, balance.largest_opening
     changes = {
         "compressibility": 0.04 / options.bulk_modulus,
-        "clearance": 1e-4 * balance.flow / options.reference_pressure,
         "free_air": 0.002,
         "offset": 2e-3 * opening,
         "lap": 1e-3 * opening,
@@ -260,7 +192,10 @@ def _daily(balance: FaultBalance) -> Array:
         "bias_1": 3e-4 * options.supply_pressure,
         "bias_2": 3e-4 * options.supply_pressure,
     }
-    return np.array([changes.get(name, 0.0) for name in CAUSES]) / balance.scales
+    found = np.array([changes.get(name, 0.0) for name in CAUSES]) / balance.scales
+    for name in ("clearance", "laminar"):
+        found[PLACE[name]] = 0.25 * abs(centre[PLACE[name]])
+    return found
 
 
 def _symmetric(matrix: Array) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import CAUSES, EDGES, GAPS, LEAKS
+from hydrofdi.diagnosis.causes import CAUSES, EDGES, GAPS, LEAKS, N_FINE, N_PLACE, SCORES
 from hydrofdi.diagnosis.history import History
 from hydrofdi.records import Array
 
@@ -44,19 +44,6 @@ class Hypothesis:
 
 HEALTHY, NONE = "healthy", "none_of_these"
 
-SENSORS: Mapping[str, Mapping[str, float]] = {
-    "supply pressure": {"supply": 2e-3},
-    "return pressure": {"return_pressure": 2e4},
-    "load force": {"coulomb": 10.0, "force": 50.0},
-    "a second gauge on chamber 1": {"bias_1": 1e4, "gain_1": 1e-3},
-    "a second gauge on chamber 2": {"bias_2": 1e4, "gain_2": 1e-3},
-    "a second position sensor": {"position_gain": 1e-3},
-    "spool position": {"flow_gain": 5e-3},
-    "an oil sample (air, bulk modulus)": {"free_air": 1e-3},
-}
-"""What can be measured in addition → quantities that it states, and their errors in SI."""
-
-
 _LEAKING = "stop the piston, close the valve and watch whether it drifts; plan to replace the seal"
 _OUTSIDE = "look for oil at rod seal, fittings and hoses; a worn return edge of the valve looks the same"
 _FRICTION = "look at rod guide, seals and alignment"
@@ -75,13 +62,13 @@ def hypotheses(history: History) -> list[Hypothesis]:
     at, supply, flow = options.reference_pressure, options.supply_pressure, 0.03 * balance.flow
     opening, modulus, mean = balance.largest_opening, 1.0 / options.bulk_modulus, history.value("pressure")
     friction, leak = 0.01 * supply * min(first, second), 1.0 / np.sqrt(at)
-    places = np.array(balance.places)
+    places = np.interp(np.linspace(0.0, N_PLACE - 1.0, N_FINE), np.arange(N_PLACE), balance.places)
     stroke = (places - places[0]) / (places[-1] - places[0])
     # Flat tops with smooth ends, of any place and some widths; a score is a hole or a gap.
     scores = [
         np.exp(-(((stroke - centre) / half) ** 4))
-        for half in (0.12, 0.19, 0.3)
-        for centre in np.linspace(0.1, 0.9, 7)
+        for half in (0.06, 0.1, 0.18, 0.3)
+        for centre in np.linspace(0.05, 0.95, 13)
     ]
     # Share of one sensor in the mean pressure.
     share = 0.5 if balance.both else 1.0
@@ -96,6 +83,10 @@ def hypotheses(history: History) -> list[Hypothesis]:
 
     def signs(change: Mapping[str, float]) -> Array:
         return moves(change, {name: -value for name, value in change.items()})
+
+    # Forces per position and speed are over what the sensor shows.
+    of_position = {"position_gain": 1.0}
+    of_position |= {name: -history.value(name) for name in ("stiffness", "viscous") if name in names}
 
     def worn(edge: str, clearance: float) -> dict[str, float]:
         chamber, side = EDGES[edge]
@@ -125,7 +116,7 @@ def hypotheses(history: History) -> list[Hypothesis]:
                    advice=_LEAKING),
         Hypothesis("seal_scored", "scored bore", "m^3/s", flow,
                    moves(*(dict(zip(law, scale * score, strict=True))
-                           for law, scale in ((LEAKS, leak), (GAPS, 1.0 / at)) for score in scores)),
+                           for law, scale in ((SCORES, leak), (GAPS, 1.0 / at)) for score in scores)),
                    advice="move slowly over the stroke and look where the piston drifts"),
         Hypothesis("external_1", "external leak, chamber 1", "m^3/s", flow, moves({"external_1": 1.0 / at}),
                    ("pressure",), _OUTSIDE),
@@ -154,7 +145,7 @@ def hypotheses(history: History) -> list[Hypothesis]:
                    advice="warm oil, an ageing hose, or air"),
         *sensor(1, first),
         *sensor(2, -second),
-        Hypothesis("gain_x", "gain of the position sensor", "1", 0.02, signs({"position_gain": 1.0}),
+        Hypothesis("gain_x", "gain of the position sensor", "1", 0.02, signs(of_position),
                    advice="measure the stroke by hand"),
         Hypothesis("flow_gain", "gain of valve or command", "1", 0.05, signs({"flow_gain": 1.0}),
                    advice="check the amplifier; compare spool position and command"),

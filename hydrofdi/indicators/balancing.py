@@ -423,7 +423,7 @@ def _add_error(found: Array, flow: Array, root: float) -> None:
         found[:, place] = np.hypot(found[:, place], flow / unit)
 
 
-def counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> Array:
+def counting_windows(spool: Array, frequency: float, options: WindowOptions) -> Array:
     """1 for windows with the valve open to one side and without a jump, else 0; (n_record, n_window)."""
     # The trapezoidal rule fails at a jump and at a kink, such as that of a spool that lags a jump.
     change = np.diff(spool, axis=1, prepend=spool[:, :1])

@@ -121,7 +121,8 @@ class NominalPlant(UncertainActuator, MachineSheet):
     """Stiffness K_ex of the spring that loads the piston [N/m]."""
 
     clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14
-    """Standard deviation of the conductance of the clearance at each valve edge [m³/(s·Pa)]."""
+    """Standard deviation of the conductance of the clearance at each valve edge [m³/(s·Pa)]; not from the
+    null leakage, because a clearance as free as that makes K_i scatter more."""
 
     friction: Literal["random_walk", "model"] = "random_walk"
     """Resisting force on the piston. ``random_walk``: an estimated force for friction and load together.

@@ -14,7 +14,8 @@ import signal
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from datetime import UTC
+from contextlib import suppress
+from datetime import UTC, datetime
 from functools import partial
 from io import BytesIO
 from typing import Any, cast
@@ -165,7 +166,39 @@ def _hdf5(content: str | BytesIO) -> Opened:
             f"{name}/{field}": _Lazy(table.shape, partial(table.__getitem__, field))
             for field in table.dtype.names
         }
-    return datasets, units, file.close, {}, math.nan
+    clocks, since = dict[str, str](), math.nan
+    for time, (word, date) in _clocks_since(units):
+        units[time], since = word, date
+        clocks |= {
+            name: time
+            for name, each in datasets.items()
+            if name != time and each.shape[:1] == datasets[time].shape[:1]
+        }
+    return datasets, units, file.close, clocks, since
+
+
+_WORDS = {
+    "seconds": "s",
+    "milliseconds": "ms",
+    "microseconds": "µs",
+    "minutes": "min",
+    "hours": "h",
+    "days": "day",
+}
+"""Units of NetCDF → those of this package."""
+
+
+def _clocks_since(units: Mapping[str, str]) -> list[tuple[str, tuple[str, float]]]:
+    """The name whose unit is such as ``seconds since 2026-01-31``, with its plain unit and that date."""
+    found = [(name, *unit.partition(" since ")[::2]) for name, unit in units.items()]
+    known = [(name, _WORDS[word], date) for name, word, date in found if word in _WORDS and date]
+    with suppress(ValueError):
+        starts = [(name, (word, datetime.fromisoformat(date))) for name, word, date in known[:1]]
+        return [
+            (name, (word, (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()))
+            for name, (word, at) in starts
+        ]
+    return []
 
 
 def _unpacked(dataset: Any) -> Any:

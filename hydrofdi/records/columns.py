@@ -20,6 +20,7 @@ from hydrofdi.units import Unit, parse_unit, similar_units, zero_of
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 _BEHIND = re.compile(r"(.+)[_/]([^_/]+)")
+_IN = re.compile(r"(.*\S)\s+in\s+(\S+)")
 MOST_SHOWN = 12
 _LONGEST_TITLE = 1000
 """Most characters of a header that is split into name and unit."""
@@ -246,7 +247,8 @@ def find_column(titles: Sequence[str], column: str, place: str) -> int:
 def split_title(title: str) -> tuple[str, str]:
     """Name and unit of a header such as ``P1 [bar]``; an empty unit if it has none.
 
-    A unit may stand behind ``_`` or ``/``, as in ``P1_bar``, if the name is that of a channel or the time.
+    A unit may stand behind ``in``, or ``_`` or ``/`` as in ``P1_bar`` if the name is that of a channel or the
+    time.
     """
     match = _TITLE.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
     if match is not None and match[1] and not (match[2] or match[3] or "").isdigit():
@@ -256,7 +258,8 @@ def split_title(title: str) -> tuple[str, str]:
         si = channel.unit if channel else "s" if _plain(match[1]) in ("time", "t") else ""
         if si and unit and unit.exponents == parse_unit(si).exponents:
             return match[1], match[2]
-    return title.strip(), ""
+    match = _IN.fullmatch(title.strip()) if len(title) <= _LONGEST_TITLE else None
+    return (match[1], match[2]) if match and known_unit(match[2]) else (title.strip(), "")
 
 
 def shortened(title: str, most: int = 60) -> str:

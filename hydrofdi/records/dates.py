@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime, tzinfo
@@ -90,3 +91,14 @@ def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
             f" config: 'zone: Europe/Berlin'"
         )
     return np.array([found.nanoseconds / _BILLION for found in instants], dtype=np.float64)
+
+
+_DAY = 86_400.0
+
+
+def since_first(first: Instant | None, times: Array) -> tuple[Array, float]:
+    """Times since a first instant [s], and this instant since 1970 [s]; times of day, which have no date,
+    begin anew at midnight."""
+    if first is not None and first.nanoseconds < _DAY * _BILLION:
+        return times + _DAY * np.cumsum(np.diff(times, prepend=times[:1]) < -_DAY / 2.0), math.nan
+    return times, math.nan if first is None else first.nanoseconds / _BILLION

@@ -26,6 +26,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records import array_reader
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named, split_title
+from hydrofdi.records.dates import instant, is_dated, seconds_since, since_first
 from hydrofdi.records.description import FormatConfig
 from hydrofdi.records.long import LongTable
 from hydrofdi.records.text import TextTable, blocks_of
@@ -33,6 +34,8 @@ from hydrofdi.settings.messages import counted, nearest
 
 _EXACT = 2**53
 """Integers up to here are exact as floats."""
+_ROUNDING = 1e-3
+"""Share of a step to which larger integers of a clock may be rounded."""
 _MOST_COLUMNS = 1000
 SECONDS = 60.0
 """Time limit of a request [s], plus one second for each megabyte of the file."""
@@ -76,25 +79,39 @@ class ArrayTable(Table):
         """Values of a column, shape (n_row,)."""
         values, where = self._vector(position), f"{self.place}: {self.titles[position]}"
         if values.dtype.kind in "iu" and values.size and max(-int(values.min()), int(values.max())) > _EXACT:
-            raise DataError(f"{where}: contains integers beyond 2^53, which are not exact")
+            # a clock may be rounded: its steps are all that counts
+            rounded = values.astype(np.float64)
+            least = np.diff(rounded).min(initial=np.inf)
+            if values.size < 2 or np.spacing(np.abs(rounded).max()) > _ROUNDING * least:
+                raise DataError(f"{where}: contains integers beyond 2^53, which are not exact")
         if values.dtype.kind not in "biuf":
             raise DataError(f"{where}: contains {values.dtype.name}, not numbers")
         return np.asarray(values, dtype=np.float64)
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
-        return bool(self._vector(position).dtype.kind == "M")
+        values = self._vector(position)
+        return values.dtype.kind in "mM" or (
+            values.dtype.kind in "OU" and bool(values.size) and is_dated(str(values[0]))
+        )
 
     def instants(self, position: int) -> tuple[Array, float]:
         """Values of a time column, and the first date."""
-        values = self._vector(position)
+        values, second = self._vector(position), np.timedelta64(1, "s")
+        if values.dtype.kind == "m":
+            return values / second, math.nan
+        if self.is_dated(position) and values.dtype.kind != "M":
+            try:
+                found = [instant(str(value)) for value in values.tolist()]
+                return since_first(found[0], seconds_since(found[0], found))
+            except ValueError as error:
+                raise DataError(f"{self.place}: {self.titles[position]}: {error}") from None
         if values.dtype.kind != "M":
             is_clock = self.titles[position] in self._clocks.values()
             return self.numbers(position), self._since if is_clock else math.nan
         known = values[~np.isnat(values)]
         if not known.size:
             return np.full(values.size, np.nan), math.nan
-        second = np.timedelta64(1, "s")
         return (values - known[0]) / second, float((known[0] - np.datetime64(0, "s")) / second)
 
     def text(self, position: int) -> str:

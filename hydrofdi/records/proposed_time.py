@@ -33,6 +33,8 @@ from hydrofdi.records.text import TextTable
 from hydrofdi.records.times import counts_samples, likely_unit, named_time
 from hydrofdi.units import parse_unit, similar_units, zero_of
 
+_BRIDGED = 10.0
+"""Longest step that is interpolated without a question [median steps]."""
 _OF_DAY = re.compile(r"\s*\d{1,2}:")
 """A time of day without a date."""
 
@@ -122,6 +124,7 @@ def time_lines(found: Proposal, time: int, channels: Sequence[int], *, has_clock
         more, remark = _date_keys(found, time)
     else:
         unit = table.unit(time) or found.units.get(time, "")
+        unit = unit if is_unit(unit) else "".join(similar_units(unit, "s")[:1])
         with suppress(DataError):
             if not unit and (unit := likely_unit(values := table.numbers(time))):
                 steps = np.diff(values[np.isfinite(values)]) * float(parse_unit(unit).factor)
@@ -136,7 +139,11 @@ def time_lines(found: Proposal, time: int, channels: Sequence[int], *, has_clock
         if any(each.is_unusable for each in remarks) and not has_clocks:
             rates = [(n, _update_rate(table, n, times)) for n in channels]
             slow = [f"{shortened(found.names[n])} is updated at {rate:.3g} Hz" for n, rate in rates if rate]
-            yield f"resample: {float(f'{frequency:.3g}'):g} Hz" + f"  # {'; '.join(slow)}" * bool(slow)
+            steps = np.diff(times)
+            is_long = bool(steps.max() > _BRIDGED * np.median(steps))
+            slow += [f"it would draw a line through {steps.max():.3g} s without samples"] * is_long
+            line = f"resample: {float(f'{frequency:.3g}'):g} Hz" + f"  # {'; '.join(slow)}" * bool(slow)
+            yield "# " * is_long + line
 
 
 def _date_keys(found: Proposal, time: int) -> tuple[str, str]:

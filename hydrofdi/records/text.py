@@ -20,7 +20,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named
-from hydrofdi.records.dates import Instant, is_dated
+from hydrofdi.records.dates import Instant, is_dated, since_first
 from hydrofdi.records.description import FormatConfig
 from hydrofdi.records.reading import Reading
 from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, RowReader, require_text, runs, wrong_encoding
@@ -31,7 +31,7 @@ _LONGEST_LINE = 2**26
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 _OTHER_NUMBER = re.compile(r"[-+\u2212]?\d[\d.,' \u00a0\u202f]*([eEdD][-+]?\d+)?")
 """A number in any format."""
-_DAY = 86_400.0
+_NO_NUMBER = re.compile(r": '[^\d']+' is not a number$")
 _MOST_COLUMNS = 16_384
 """As in a sheet of Excel."""
 _SOME = 1000
@@ -200,10 +200,7 @@ class TextTable(Table):
         if rows:
             whole = np.delete(np.arange(times.size), rows)
             times[rows] = np.interp(rows, whole, times[whole], left=np.nan, right=np.nan)
-        since = self._since if self.is_dated(position) else None
-        if since is not None and since.nanoseconds < _DAY * 1e9:  # times of day, which begin anew at midnight
-            return times + _DAY * np.cumsum(np.diff(times, prepend=times[:1]) < -_DAY / 2.0), math.nan
-        return times, math.nan if since is None else since.nanoseconds / 1e9
+        return since_first(self._since if self.is_dated(position) else None, times)
 
     def date_by(self, position: int, form: str, date: int | None) -> None:
         """Read dates of a column in a stated format, after those of the column `date`."""
@@ -239,7 +236,8 @@ class TextTable(Table):
                     reading.n_waiting += 1
                 else:
                     is_value = str(found).startswith("column")
-                    hint = FOOT_HINT if is_value and reading.n_row else HEAD_HINT
+                    is_foot = _NO_NUMBER.search(str(found))
+                    hint = HEAD_HINT if not (is_value and reading.n_row) else FOOT_HINT if is_foot else ""
                     raise DataError(f"{self.place}:{number + row}: {found}{hint}")
         self.remarks = tuple(reading.remarks(is_unended))
         self._n_row, self._broken = reading.n_row, reading.broken

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.diagnosis.evidence import Judge
-from hydrofdi.diagnosis.history import history_of, history_of_sheet, signatures
+from hydrofdi.diagnosis.causes import PLACE
+from hydrofdi.diagnosis.history import history_of, history_of_sheet
+from hydrofdi.diagnosis.judging import Judge
+from hydrofdi.diagnosis.signatures import signatures
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
 from tests.diagnosis.conftest import N_HEALTHY
@@ -73,9 +75,33 @@ def test_healthy_days_are_healthy(days, judge):
     assert names.count("healthy") >= 19
 
 
-def test_a_fault_without_a_hypothesis_is_none_of_these(days, judge):
-    batch = days([{"valve.hysteresis": 0.15}] * 4, first=300)
+@pytest.mark.parametrize(
+    "change", [{"valve.hysteresis": 0.15}, {"valve.natural_frequency": 40.0}, {"valve.gain_slope": -5e3}]
+)
+def test_a_fault_without_a_hypothesis_is_none_of_these(change, days, judge):
+    batch = days([change] * 4, first=300)
     assert [each[0].name for each in findings(judge, batch)].count("none_of_these") >= 3
+
+
+def test_a_score_narrower_than_the_places_of_the_leak_is_named(days, judge):
+    scored = {"leakage.scored_width": 6e-3, "leakage.internal_coefficient": 5.0 * FLOW / 8e6**0.5}
+    batch = days([scored | {"leakage.scored_centre": centre} for centre in (-8e-3, 1e-3, 6e-3)], first=310)
+    assert [each[0].name for each in findings(judge, batch)].count("seal_scored") == 3
+
+
+def test_a_healthy_history_keeps_its_records(days, options):
+    batch, draw = days([{}] * 16, first=320), np.random.default_rng(1)
+    histories = [draw.permutation(16)[:n] for n in (6, 6, 8, 8, 12, 16)]
+    assert not [rows for rows in histories if Judge(history_of([batch.rows([*rows])], options)).stranger()]
+
+
+def test_a_supply_far_from_the_data_sheet_is_found_exactly(days, options, judge):
+    batch = days([{"supply.pressure": 17.2e6 * share} for share in (0.85, 1.0)], first=340)
+    balance = judge.history.balance
+    found = balance.estimate(balance.fit(batch), judge.history.variance)
+    low, usual = found.values[:, PLACE["supply"]] * balance.scales[PLACE["supply"]]
+    assert low - usual == pytest.approx(-0.15, abs=0.01)
+    assert found.misfits[0] == pytest.approx(found.misfits[1], rel=0.3)
 
 
 @pytest.mark.parametrize(
@@ -103,6 +129,10 @@ def test_an_error_of_a_channel_moves_the_signature_along_its_direction(
     weights = 1.0 / np.sqrt(np.diag(history.scatter)[:n_own])
     cosine = (weights * moved) @ (weights * best) / np.linalg.norm(weights * moved)
     assert cosine / np.linalg.norm(weights * best) > 0.9, unknown
+    if name == "gain_x":
+        place = history.names.index("stiffness")
+        direction = hypothesis.directions[0][history.causes.index("stiffness")]
+        assert (after - before)[0, place] == pytest.approx((factor - 1.0) * direction, rel=0.05)
 
 
 def test_gains_of_valve_and_position_look_alike_until_a_second_sensor_tells(days, judge):
@@ -141,14 +171,14 @@ def test_a_large_null_shift_is_found_by_moving_the_spool(days, judge):
 def test_a_change_beside_the_direction_of_a_fault_is_allowed_in_part(share, name, healthy, judge):
     history, one = judge.history, healthy.rows([0])
     _, estimates = signatures(history.balance, one, history.variance)
-    gain, covariance = estimates.gains[0], estimates.covariances[0]
+    gain, noise = estimates.gains[0], estimates.noise[0]
     hypothesis = next(each for each in judge.hypotheses if each.name == "seal_orifice")
     own, rest = np.split(20.0 * FLOW * hypothesis.directions[0], [gain.shape[1]])
     moved = np.concatenate((gain @ own, rest))
-    factor = np.linalg.cholesky(history.scatter_of(gain, covariance))
+    factor = np.linalg.cholesky(history.scatter_of(noise))
     white = np.linalg.solve(factor, moved)
     beside = np.random.default_rng(1).normal(size=white.size)
     beside -= (beside @ white) / (white @ white) * white
     beside *= share * np.linalg.norm(white) / np.linalg.norm(beside)
-    first, *_ = judge.judge(history.centre + factor @ (white + beside), gain, covariance)
+    first, *_ = judge.judge(history.centre + factor @ (white + beside), gain, noise)
     assert first.name == name

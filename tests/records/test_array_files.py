@@ -317,3 +317,35 @@ def test_the_example_of_the_page_reads_a_file_as_it_says(tmp_path):
 def test_the_page_lists_the_names_that_plain_files_are_read_by():
     for channel, names in NAMES.items():
         assert f"| `{channel}` | {names} |" in PAGE
+
+
+NANOSECONDS = 1_764_187_200_000_000_000 + 2_000_000 * np.arange(60)
+CLOCKS = {
+    "integers": (NANOSECONDS, {"units": "ns"}, 1_764_187_200.0),
+    "NetCDF": (2.0 * np.arange(60), {"units": "milliseconds since 2026-11-02 10:00"}, 1_793_613_600.0),
+    "texts": (
+        [str(np.datetime64(each, "ns")).encode() for each in NANOSECONDS.tolist()],
+        {},
+        1_764_187_200.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CLOCKS)
+def test_a_clock_of_a_dataset_gives_rate_and_date(tmp_path, name):
+    times, attributes, date = CLOCKS[name]
+    with h5py.File(tmp_path / "run.h5", "w") as target:
+        target["time"], target["P1"] = times, 80.0 + np.sin(0.3 * np.arange(60))
+        target["time"].attrs.update(attributes)
+        target["P1"].attrs["units"] = "bar"
+    (batch,) = plain_source(tmp_path / "run.h5").batches()
+    assert (batch.sampling_frequency, batch.dates) == (pytest.approx(500.0), (pytest.approx(date),))
+
+
+@pytest.mark.parametrize(
+    "times", [np.arange(60) * np.timedelta64(2, "ms"), NANOSECONDS.astype("datetime64[ns]")]
+)
+def test_durations_and_dates_of_an_archive_are_times(tmp_path, times):
+    np.savez(tmp_path / "run.npz", **{"time": times, "P1 [bar]": 80.0 + np.sin(0.3 * np.arange(60))})
+    (batch,) = plain_source(tmp_path / "run.npz").batches()
+    assert batch.sampling_frequency == pytest.approx(500.0)

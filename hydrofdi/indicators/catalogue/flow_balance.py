@@ -22,8 +22,8 @@ class FlowBalance(BalanceIndicator[BalanceOptions]):
         " e misfit if that is larger. Stated deviations of flows count the excess 50 times, allow three times"
         " the prior deviations, 5 % of the flow of c in K_i, and 30 % of mean_leakage for its law and place."
         " mean_leakage and cross_port_leakage follow from a second solution whose c may be that of a leak."
-        " For the mean_leakage of a record each tenth of the way has its own K_i, and covariances"
-        " of residuals of windows that do not overlap count like an excess"
+        " For the mean_leakage of a record each tenth of the way has its own K_i, which differs by three"
+        " times the common one, and covariances of residuals of windows apart count like an excess"
     )
     caution = (
         "K_i (leakage) finds a hole or a scored bore whatever the valve leaks. mean_leakage and"

@@ -23,6 +23,9 @@ _N_PLACE = 10
 
 _N_OWN = _N_PLACE - 1
 
+_DIFFER = 3.0
+"""Prior deviation of the K_i of a place over the common one, as of a score of a third of the way."""
+
 _APART, _LEAST_PAIRS = (2, 3, 4), 8
 """Distances of windows that do not overlap, and number of pairs from which on a covariance counts."""
 
@@ -59,7 +62,13 @@ def mean_flows(
         weights[_LEAK] = scales[_LEAK] * np.mean(np.abs(root))
         weights[_CLEARANCE] = scales[_CLEARANCE] * np.mean(np.abs(difference[r]))
         if np.isfinite(rows).all() and np.isfinite(weights).all():
-            flows[:, r] = _flow(rows, targets[r][used].ravel() / known.error, used, weights, priors[r], known)
+            of_window = targets[r][used].ravel() / known.error
+            alike, *_ = map_estimate(rows[:, :N_UNKNOWN], of_window, priors[r], known)
+            # a short record does not tell the places apart: they differ by few times the common K_i
+            own = min(1.0, _DIFFER * abs(float(alike[_LEAK])))
+            rows[:, N_UNKNOWN:] *= own
+            weights[N_UNKNOWN:] *= own
+            flows[:, r] = _flow(rows, of_window, used, weights, priors[r], known)
     return flows[0], flows[1]
 
 

@@ -1,0 +1,247 @@
+"""Which fault a record shows: findings with probabilities, sizes, and what tells them apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.diagnosis.causes import CAUSES, SENSORS
+from hydrofdi.diagnosis.evidence import SIZES, Evidence, Shift, whitened
+from hydrofdi.diagnosis.history import History
+from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, Hypothesis, hypotheses
+from hydrofdi.diagnosis.signatures import signatures
+from hydrofdi.evaluation.scores import comparable
+from hydrofdi.indicators.balancing import P1, P2, X
+from hydrofdi.records import Array, Channel, RecordBatch
+
+NAMED = 0.01
+"""Least probability of a fault that is named."""
+
+_SIZE = 0.85
+"""Error of a size over the error of its direction: sizes of leaks were 0.5 to 1.4 of the true ones on twelve
+machines of real-rig."""
+
+_STRANGE = 0.01
+"""Probability with which a healthy history has a record that counts as unlike the others."""
+
+_MOST_SEEN = 12.5
+"""Size over the usual one from which on half of the faults must be seen: a leak of 37 % of the flow."""
+
+_TOLD_APART = 2.0 * np.log(20.0)
+"""Squared distance at which one fault is expected to be twenty times as likely as the other."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A hypothesis after a record was seen.
+
+    Attributes
+    ----------
+    name, title, unit, advice : str
+    probability, low, high : float
+        With its range if the healthy scatter is as small or large as its 95 % interval allows.
+    size, size_low, size_high : float
+        Estimate of the size and its 95 % interval, in `unit`; NaN if it has none.
+    visible : float
+        Size from which on most of its forms would be seen, in `unit`; infinite if no size would, NaN if it
+        has none.
+    looks_like : tuple of str
+        Other faults that the sensors would not tell from it at this size; of none of these, the nearest one.
+    told_by : mapping of str to str
+        Such a fault → what to measure to tell it apart; missing if nothing that is known does.
+    """
+
+    name: str
+    title: str
+    unit: str
+    advice: str
+    probability: float
+    low: float
+    high: float
+    size: float = float("nan")
+    size_low: float = float("nan")
+    size_high: float = float("nan")
+    visible: float = float("nan")
+    looks_like: tuple[str, ...] = ()
+    told_by: Mapping[str, str] = field(default_factory=dict)
+
+
+class Judge:
+    """States probabilities of faults of records with one history."""
+
+    def __init__(self, history: History) -> None:
+        self.history = history
+        self.hypotheses = hypotheses(history)
+
+    def stranger(self) -> tuple[int, Judge, Finding] | None:
+        """The record of the history that differs most, what the others judge it to be, and these; None if it
+        is like them."""
+        from scipy.stats import f
+
+        seen, gains, noises = self.history.seen
+        white, _ = whitened(self.history.scatter, seen - self.history.centre)
+        row = int(np.argmax(comparable(np.sum(white**2, axis=1))))
+        history = self.history.without(row)
+        own, _ = whitened(history.scatter_of(noises[row]), (seen[row] - history.centre)[None])
+        others = Judge(history)
+        findings = others.judge(seen[row], gains[row], noises[row])
+        # The mean square of a Student vector is distributed as F, and any of the records may be this one.
+        chance = len(seen) * float(f.sf(np.mean(own**2), own.size, history.dof))
+        if chance > _STRANGE or not findings or findings[0].name == HEALTHY:
+            return None
+        return row, others, findings[0]
+
+    def findings(self, record: RecordBatch) -> list[Finding]:
+        """Findings on one record, the most probable first; none if no fault could be seen."""
+        history = self.history
+        (own,), estimates = signatures(history.balance, record, history.variance)
+        gain, noise = estimates.gains[0], estimates.noise[0]
+        findings = self.judge(own, gain, noise)
+        if not findings or findings[0].name == HEALTHY:
+            return findings
+        # A recording that is wired wrongly is undone exactly; only then is it worth the time.
+        repaired = {
+            name: signatures(history.balance, each, history.variance)[0][0]
+            for name, each in self._repaired(record)
+        }
+        return self.judge(own, gain, noise, repaired)
+
+    def _repaired(self, record: RecordBatch) -> Iterator[tuple[str, RecordBatch]]:
+        """The record as it would be without each fault of the recording."""
+        balance, channels = self.history.balance, record.channels
+        drive = Channel.SPOOL_POSITION if balance.options.spool == "measured" else Channel.INPUT_VOLTAGE
+        if balance.both:
+            changed = {P1: channels[P2], P2: channels[P1]}
+            yield "swapped_pressures", replace(record, channels={**channels, **changed})
+        yield "wrong_sign_u", replace(record, channels={**channels, drive: -channels[drive]})
+        if balance.options.position_zero == "centre":
+            yield "wrong_sign_x", replace(record, channels={**channels, X: -channels[X]})
+
+    def judge(
+        self, signature: Array, gain: Array, noise: Array, repaired: Mapping[str, Array] | None = None
+    ) -> list[Finding]:
+        """Findings, the most probable first; none if most faults could not be seen at any size.
+
+        Parameters
+        ----------
+        signature : ndarray, shape (n_name,)
+            That of the record.
+        gain, noise : ndarray, shapes (N, M) and (N, N)
+            Gain matrix and expected covariance of its estimates.
+        repaired : mapping of str to ndarray, optional
+            Name in `REPAIRS` → signature of the repaired record.
+        """
+        if not np.all(np.isfinite(signature)):
+            return []
+        history = self.history
+        evidence = Evidence(history, signature - history.centre, history.scatter_of(noise), gain)
+        shifts = {
+            each.name: [
+                evidence.shift(each, is_free=is_free)
+                for is_free in ((False, True) if each.free else (False,))
+            ]
+            for each in self.hypotheses
+        }
+        count = len(self.hypotheses)
+        visible = {each.name: evidence.visible(shifts[each.name][0], each, count) for each in self.hypotheses}
+        if np.median([visible[each.name] / each.usual for each in self.hypotheses]) > _MOST_SEEN:
+            return []
+        seen = [
+            (each, shifts[each.name] if np.isfinite(visible[each.name]) else ()) for each in self.hypotheses
+        ]
+        chances = [evidence.probabilities(seen, repaired or {}, factor) for factor in self._factors()]
+        # Rounded, so that the order is the same on all processors.
+        order = sorted(chances[0], key=lambda name: -comparable(chances[0][name]))
+        found = [self._finding(name, chances, shifts, evidence) for name in order]
+        return [replace(each, visible=visible.get(each.name, each.visible)) for each in found]
+
+    def _factors(self) -> tuple[float, float, float]:
+        """Factors on the scatter: as estimated, and the ends of its 95 % interval."""
+        from scipy.stats import chi2
+
+        dof = self.history.dof
+        low, high = (float(dof / chi2.ppf(share, dof)) for share in (0.975, 0.025))
+        return 1.0, low, high
+
+    def _finding(
+        self,
+        name: str,
+        chances: Sequence[Mapping[str, float]],
+        shifts: Mapping[str, Sequence[Shift]],
+        evidence: Evidence,
+    ) -> Finding:
+        found = [each[name] for each in chances]
+        range_of: dict[str, Any] = {"probability": found[0], "low": min(found), "high": max(found)}
+        if name not in shifts:
+            title = {HEALTHY: "nothing is wrong", NONE: "none of these"}.get(name) or REPAIRS[name]
+            advice = "compare the description of the channels with the wiring" if name in REPAIRS else ""
+            alike = (max(shifts, key=lambda each: _cosine(shifts[each][-1])),) if name == NONE else ()
+            return Finding(name, title, "", advice, **range_of, looks_like=alike)
+        hypothesis = next(each for each in self.hypotheses if each.name == name)
+        shift = shifts[name][-1]
+        moved = np.maximum(np.sum(shift.directions**2, axis=1), 1e-30)
+        # Least squares along each direction; sizes are not negative.
+        sizes = np.maximum(shift.directions @ shift.difference, 0.0) / moved
+        # The direction that takes most from the squared distance.
+        best = int(np.argmax(sizes**2 * moved))
+        size = float(sizes[best])
+        if hypothesis.usual * SIZES[-1] * np.sqrt(moved[best]) < 1.0:
+            # Not even the largest size moves the record by its deviation.
+            return Finding(name, hypothesis.title, hypothesis.unit, hypothesis.advice, **range_of)
+        deviation = float(np.hypot(1.0 / np.sqrt(moved[best]), _SIZE * hypothesis.error * size))
+        is_named = found[0] >= NAMED
+        looks_like, told_by = self._confusable(hypothesis, best, size if is_named else 0.0, evidence)
+        known = Finding(name, hypothesis.title, hypothesis.unit, hypothesis.advice, **range_of)
+        low, high = max(0.0, size - 1.96 * deviation), size + 1.96 * deviation
+        return replace(known, size=size, size_low=low, size_high=high, looks_like=looks_like, told_by=told_by)
+
+    def _confusable(
+        self, hypothesis: Hypothesis, best: int, size: float, evidence: Evidence
+    ) -> tuple[tuple[str, ...], dict[str, str]]:
+        """Faults of which some size looks like this one, and what would tell them apart."""
+        alike, told = list[str](), dict[str, str]()
+        for other in (*self.hypotheses, evidence.unlisted) if size > 0.0 else ():
+            if other.name == hypothesis.name:
+                continue
+            # Both may move what either may move by an unknown amount.
+            together = np.vstack((hypothesis.directions[[best]], other.directions))
+            both = replace(other, directions=together, free=(*hypothesis.free, *other.free))
+            shift = evidence.shift(both)
+            mine = size * shift.directions[0]
+            # A difference counts over the scatter and the error of the direction.
+            errors = np.sqrt(1.0 + hypothesis.error**2 * (mine @ mine) * shift.shares)
+            mine, rows = mine / errors, shift.directions[1:] / errors
+            factors = np.maximum(rows @ mine, 0.0) / np.maximum(np.sum(rows**2, axis=1), 1e-30)
+            left = np.sum((mine - factors[:, None] * rows) ** 2, axis=1)
+            place = int(np.argmin(left))
+            if factors[place] == 0.0 or left[place] >= _TOLD_APART:
+                continue
+            alike.append(other.name)
+            change = size * hypothesis.directions[best] - factors[place] * other.directions[place]
+            sensor = self._telling(change, float(left[place]))
+            if sensor:
+                told[other.name] = sensor
+        return tuple(alike), told
+
+    def _telling(self, change: Array, known: float) -> str:
+        """The sensor that tells a change of the true quantities best; empty if none does."""
+        scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(CAUSES))))
+        best, found = known, ""
+        for sensor, errors in SENSORS.items():
+            square = known
+            for name, error in errors.items():
+                if name in self.history.causes:
+                    place = self.history.causes.index(name)
+                    square += float(change[place] * scales[place] / error) ** 2
+            if comparable(square) > comparable(max(best, _TOLD_APART)):
+                best, found = square, sensor
+        return found
+
+
+def _cosine(shift: Shift) -> float:
+    """Cosine of the angle between a difference and the nearest direction of a fault."""
+    lengths = np.linalg.norm(shift.directions, axis=1) * np.linalg.norm(shift.difference)
+    return float(comparable(np.max(shift.directions @ shift.difference / np.maximum(lengths, 1e-30))))

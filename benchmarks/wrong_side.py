@@ -24,10 +24,7 @@ from hydrofdi.records import Array, Channel
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 
-SHIFTS = {
-    "oil 827 MPa": {"fluid.bulk_modulus": "827 MPa"},
-    "supply 15 MPa": {"supply.pressure": "15 MPa"},
-}
+SHIFTS = {"oil 827 MPa": {"fluid.bulk_modulus": "827 MPa"}, "supply 15 MPa": {"supply.pressure": "15 MPa"}}
 
 N_FIRST, N_TEST, N_SHIFT = 2, 1000, 200
 """Machines of the populations that are judged, in this order; the first are not counted."""

@@ -82,7 +82,7 @@ _CHOICE: dict[str, Any] = {
             "propertyNames": {"pattern": LABEL_PATTERN, "not": {"enum": sorted(TAKEN)}},
             "additionalProperties": {"type": ["object", "null"]},
         },
-    ],
+    ]
 }
 """Forms in which indicators are chosen."""
 

@@ -9,11 +9,7 @@ from generators.writing import write_page
 
 ROOT = Path(__file__).parents[2]
 
-SHOWN = {
-    "changelog": "CHANGELOG.md",
-    "contributing": "CONTRIBUTING.md",
-    "table3": "results/table3/table3.md",
-}
+SHOWN = {"changelog": "CHANGELOG.md", "contributing": "CONTRIBUTING.md", "table3": "results/table3/table3.md"}
 """Page below ``reference`` → file of the repository."""
 
 

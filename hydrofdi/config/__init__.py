@@ -5,11 +5,4 @@ from hydrofdi.config.loading import load_experiment
 from hydrofdi.config.request import RunParameters
 from hydrofdi.config.runs import RunSpec, RunTable, expand_runs
 
-__all__ = [
-    "ExperimentConfig",
-    "RunParameters",
-    "RunSpec",
-    "RunTable",
-    "expand_runs",
-    "load_experiment",
-]
+__all__ = ["ExperimentConfig", "RunParameters", "RunSpec", "RunTable", "expand_runs", "load_experiment"]

@@ -251,8 +251,7 @@ class StoreConfig(Section):
 
 
 Plugins = Annotated[
-    Mapping[str, str],
-    WithJsonSchema({"type": ["string", "array"], "items": {"type": "string"}}),
+    Mapping[str, str], WithJsonSchema({"type": ["string", "array"], "items": {"type": "string"}})
 ]
 """Path → SHA-256; a path or a list of paths in a file."""
 

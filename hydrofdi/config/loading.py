@@ -134,8 +134,7 @@ Experiment = str | PathLike[str] | Mapping[str, Any] | ExperimentConfig
 
 
 def load_experiment(
-    file: Experiment | None = None,
-    settings: Sequence[str] | Mapping[str, Any] = (),
+    file: Experiment | None = None, settings: Sequence[str] | Mapping[str, Any] = ()
 ) -> ExperimentConfig:
     """The experiment that a YAML file and settings describe.
 

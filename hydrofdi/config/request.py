@@ -306,10 +306,7 @@ class RunRequest(RunParameters):
 ANALYSIS_SECTIONS = tuple(sorted(RunRequest.model_fields.keys() - RunParameters.model_fields.keys()))
 """The sections that say how a record is analysed."""
 
-OBSERVATION: dict[str, type[Section]] = SENSING | {
-    "analysis": AnalysisConfig,
-    "wavelet": WaveletConfig,
-}
+OBSERVATION: dict[str, type[Section]] = SENSING | {"analysis": AnalysisConfig, "wavelet": WaveletConfig}
 """Sections that say how signals are measured and analysed, not what happens."""
 
 

@@ -210,9 +210,7 @@ class Law(NamedTuple):
 LAWS = {
     "uniform": Law(("low", "high"), "{} … {} {unit}", lambda unit, low, high: low + (high - low) * unit),
     "loguniform": Law(
-        ("low", "high"),
-        "{} … {} {unit} (logarithmic)",
-        lambda unit, low, high: low * (high / low) ** unit,
+        ("low", "high"), "{} … {} {unit} (logarithmic)", lambda unit, low, high: low * (high / low) ** unit
     ),
     "normal": Law(("mean", "deviation"), "{} ± {} {unit} (normal)", _normal),
     "truncated_normal": Law(

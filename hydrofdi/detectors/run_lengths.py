@@ -254,11 +254,7 @@ class Delays:
 
 
 def delays(
-    chart: Chart[Any],
-    limit: float,
-    streams: ArrayLike,
-    instants: ArrayLike,
-    onset: ArrayLike,
+    chart: Chart[Any], limit: float, streams: ArrayLike, instants: ArrayLike, onset: ArrayLike
 ) -> Delays:
     """Detection delays of a chart that runs from the start of each stream.
 

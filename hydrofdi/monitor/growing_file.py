@@ -35,10 +35,7 @@ class StandardInput(StreamSource):
     may_repeat_all = True
 
     def __init__(
-        self,
-        config: MonitorConfig | None = None,
-        descriptor: int = 0,
-        needed: Collection[Channel] = (),
+        self, config: MonitorConfig | None = None, descriptor: int = 0, needed: Collection[Channel] = ()
     ) -> None:
         super().__init__("standard input")
         self._descriptor = descriptor

@@ -262,11 +262,7 @@ class MqttSink(Publisher):
     """Sends lines as JSON to a topic; its ``…/status`` is ``online`` or ``offline``, and retained."""
 
     def __init__(
-        self,
-        address: Address,
-        config: MqttConfig,
-        capacity: int = 10_000,
-        first_wait: float = 1.0,
+        self, address: Address, config: MqttConfig, capacity: int = 10_000, first_wait: float = 1.0
     ) -> None:
         super().__init__(address, config, capacity, first_wait, status=f"{address.path}/status")
 

@@ -123,11 +123,7 @@ class TextLines:
     """Reads CSV with a header, or JSON lines: the first character decides."""
 
     def __init__(
-        self,
-        config: MonitorConfig,
-        name: str,
-        position: Position,
-        needed: Collection[Channel] = (),
+        self, config: MonitorConfig, name: str, position: Position, needed: Collection[Channel] = ()
     ) -> None:
         self._name, self._largest = name, config.limits.payload
         n_sample, frequency = int(position.get("n_sample", 0)), config.sampling_frequency

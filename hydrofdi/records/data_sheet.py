@@ -85,9 +85,7 @@ class DataSheet(Section):
     """Orifice area gradient w [m]."""
 
     spool_gain: Annotated[
-        float,
-        SI("m/V", above=0, most=1.0),
-        PlantConstant("spool", ("command", "square"), "valve.spool_gain"),
+        float, SI("m/V", above=0, most=1.0), PlantConstant("spool", ("command", "square"), "valve.spool_gain")
     ] = 22e-6
     """Spool position gain k_v [m/V], for ``spool: command``."""
 

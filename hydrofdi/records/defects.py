@@ -13,13 +13,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array, Channel, RejectedRecord
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.recording import Recording
-from hydrofdi.records.stuck import (
-    frozen_stretch,
-    frozen_time,
-    is_ideal_rail,
-    must_change,
-    update_rate,
-)
+from hydrofdi.records.stuck import frozen_stretch, frozen_time, is_ideal_rail, must_change, update_rate
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import ABOVE, BELOW, parse_quantity

@@ -10,21 +10,9 @@ from textwrap import indent
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.columns import (
-    MOST_SHOWN,
-    RejectionError,
-    Table,
-    columns_of,
-    shortened,
-    split_title,
-)
+from hydrofdi.records.columns import MOST_SHOWN, RejectionError, Table, columns_of, shortened, split_title
 from hydrofdi.records.data_sheet import usual_sheet_lines
-from hydrofdi.records.description import (
-    ChannelConfig,
-    MeasuredConfig,
-    TimeConfig,
-    known_unit,
-)
+from hydrofdi.records.description import ChannelConfig, MeasuredConfig, TimeConfig, known_unit
 from hydrofdi.records.opening import open_table
 from hydrofdi.records.proposals import proposed_description
 from hydrofdi.records.proposed_time import is_counter

@@ -10,20 +10,9 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.columns import (
-    MOST_SHOWN,
-    RejectionError,
-    is_unit,
-    shortened,
-    split_title,
-)
+from hydrofdi.records.columns import MOST_SHOWN, RejectionError, is_unit, shortened, split_title
 from hydrofdi.records.description import FormatConfig, unit_mistake
-from hydrofdi.records.dialects import (
-    below_preamble,
-    encoding_of,
-    long_form,
-    thousands_of,
-)
+from hydrofdi.records.dialects import below_preamble, encoding_of, long_form, thousands_of
 from hydrofdi.records.long import last_part
 from hydrofdi.records.opening import open_table
 from hydrofdi.records.proposed_time import Proposal, clocks_of, step_of, time_lines, time_of

@@ -23,10 +23,7 @@ from hydrofdi.records.columns import (
 )
 from hydrofdi.records.dates import is_dated
 from hydrofdi.records.description import MeasuredConfig, known_unit
-from hydrofdi.records.dialects import (
-    CHANNELS,
-    date_format,
-)
+from hydrofdi.records.dialects import CHANNELS, date_format
 from hydrofdi.records.evenness import sampling_of_times
 from hydrofdi.records.stuck import update_rate
 from hydrofdi.records.text import TextTable

@@ -11,13 +11,7 @@ import numpy as np
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel
-from hydrofdi.records.columns import (
-    ReadColumn,
-    RejectionError,
-    Table,
-    columns_of,
-    unknown_header_unit,
-)
+from hydrofdi.records.columns import ReadColumn, RejectionError, Table, columns_of, unknown_header_unit
 from hydrofdi.records.dates import FIRST_DATE, LAST_DATE
 from hydrofdi.records.description import MeasuredConfig, is_counts
 from hydrofdi.records.evenness import sampling_of_times

@@ -76,10 +76,7 @@ def _shape(record: Recording) -> Hashable:
 
 
 def _batch(
-    records: list[Recording],
-    rejected: list[RejectedRecord],
-    drive_period: float | None,
-    labels: bool,
+    records: list[Recording], rejected: list[RejectedRecord], drive_period: float | None, labels: bool
 ) -> RecordBatch:
     if not records:
         return RecordBatch({}, 1.0, (), rejected=tuple(rejected), labels=() if labels else None)

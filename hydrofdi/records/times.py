@@ -19,12 +19,7 @@ from hydrofdi.records.columns import (
     unit_by_name,
 )
 from hydrofdi.records.dates import FIRST_DATE, LAST_DATE
-from hydrofdi.records.description import (
-    ChannelConfig,
-    TimeConfig,
-    is_counts,
-    known_unit,
-)
+from hydrofdi.records.description import ChannelConfig, TimeConfig, is_counts, known_unit
 from hydrofdi.units import ABOVE, BELOW, parse_unit, zero_of
 
 _SECOND = parse_unit("s")

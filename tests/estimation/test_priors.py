@@ -46,10 +46,7 @@ def test_the_population_spreads_beyond_the_prior(name: str, experiment: Experime
     prior = getattr(options, PARAMETERS[name]) or _SUPPLY["nominal"]
     drawn = quantiles(experiment.study.population.over[name], (np.arange(2000) + 0.5) / 2000)
     spread = np.std(drawn) / (experiment.value(name) if name in RELATIVE else 1.0)
-    if name in (
-        "fluid.bulk_modulus",
-        "valve.lap_leakage",
-    ):  # the least known: wide by intention
+    if name in ("fluid.bulk_modulus", "valve.lap_leakage"):  # the least known: wide by intention
         assert not 0.9 < spread / prior < 1.1
     else:
         assert spread > 1.1 * prior

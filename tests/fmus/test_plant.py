@@ -187,10 +187,7 @@ def test_what_the_plant_does_not_know_cannot_vary(fmu):
 
 @pytest.mark.parametrize(
     ("recipe", "reason"),
-    [
-        (Recipe(platform="win64"), "win64"),
-        (Recipe(defines=("NO_LICENCE",)), ""),
-    ],
+    [(Recipe(platform="win64"), "win64"), (Recipe(defines=("NO_LICENCE",)), "")],
     ids=["platform", "licence"],
 )
 def test_an_fmu_that_cannot_run_here_is_refused_or_a_failed_row(recipe, reason, tmp_path):

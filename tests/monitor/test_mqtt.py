@@ -33,16 +33,7 @@ from tests.commands import COMMAND
 from tests.commands import run as run_command
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.machines import make_machine
-from tests.monitor.streams import (
-    N_SAMPLE,
-    Samples,
-    live,
-    logged,
-    made_detector,
-    part,
-    reading_of,
-    stream,
-)
+from tests.monitor.streams import N_SAMPLE, Samples, live, logged, made_detector, part, reading_of, stream
 
 DETECTOR = Path("detector.json")
 SOON = 0.05

@@ -25,13 +25,7 @@ from hydrofdi.detectors.trained.lines import (
     noted,
     summed_up,
 )
-from hydrofdi.detectors.trained.measuring import (
-    Estimator,
-    measured_windows,
-    of_row,
-    records_of,
-    temperatures,
-)
+from hydrofdi.detectors.trained.measuring import Estimator, measured_windows, of_row, records_of, temperatures
 from hydrofdi.detectors.trained.promise import consequence
 from hydrofdi.detectors.trained.verdicts import Verdict, findings, outside, standardised, verdict_of
 from hydrofdi.errors import Issue

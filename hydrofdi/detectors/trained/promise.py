@@ -72,11 +72,7 @@ class Consequence:
 
 
 def consequence(
-    file: DetectorFile,
-    windows_judged: int,
-    alarms: int,
-    leak: Leak | None,
-    margin: float | None = None,
+    file: DetectorFile, windows_judged: int, alarms: int, leak: Leak | None, margin: float | None = None
 ) -> Consequence:
     """What alarms come to, of which one, or the median, has a size and a margin."""
     options = file.feature.indicator.options

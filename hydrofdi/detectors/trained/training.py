@@ -124,11 +124,7 @@ def train(
     used = feature if trained is None else feature.of(trained.numbers)
     known = [found.fits] if fleet is None else [found.fits, fleet.fits]
     fits = {name: each.possible[1] or 0.0 for name, each in used.outputs.items() if each.is_fit}
-    in_full: dict[str, Any] = {
-        "direction": direction,
-        "chart": chart,
-        "window": _window_in_full(found),
-    }
+    in_full: dict[str, Any] = {"direction": direction, "chart": chart, "window": _window_in_full(found)}
     if config.score is None:
         in_full["options"] = feature.indicator.options.model_dump(mode="json")
         in_full["output"] = feature.label.removeprefix(f"{config.indicator}.")
@@ -288,11 +284,7 @@ _OUTLYING = 8.0
 
 
 def _basis(
-    found: HealthyScores,
-    sources: Sequence[str],
-    drive_period: float | None,
-    spreads: Array,
-    fleet: str,
+    found: HealthyScores, sources: Sequence[str], drive_period: float | None, spreads: Array, fleet: str
 ) -> Basis:
     """The data behind a detector; `spreads`: used scores in healthy spreads, rising with a leak."""
     used = np.array(found.record, dtype=np.intp)[found.is_used].tolist()

@@ -315,9 +315,7 @@ def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> li
 
 
 def _finding(
-    facts: Mapping[Channel, Mapping[str, float]],
-    ranges: Mapping[Channel, ChannelRange],
-    frequency: float,
+    facts: Mapping[Channel, Mapping[str, float]], ranges: Mapping[Channel, ChannelRange], frequency: float
 ) -> Issue | None:
     kinds: dict[str, list[str]] = {"stuck": [], "clipped": [], "novel": []}
     for channel, own in facts.items():

@@ -21,12 +21,7 @@ from hydrofdi.indicators.balancing import (
 )
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation import flow_by_place, valve_use, weak_rls
-from hydrofdi.indicators.estimation.chamber_balance import (
-    N_UNKNOWN,
-    UNKNOWNS,
-    new_sums,
-    windows_before,
-)
+from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, new_sums, windows_before
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI

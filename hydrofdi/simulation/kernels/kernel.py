@@ -18,14 +18,7 @@ from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.equation import NEGLIGIBLE, Quantity, limited
 from hydrofdi.physics.valve import acting_voltage, spool_acceleration
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.lanes import (
-    HALF_WIDTH,
-    OPTIONAL,
-    SAMPLED,
-    STATES,
-    WIDTH,
-    ModelOptions,
-)
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, OPTIONAL, SAMPLED, STATES, WIDTH, ModelOptions
 
 SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
 """Lane fields of the spool position at the four stages of a step."""
@@ -74,11 +67,7 @@ def move_spool(spools: Any, k: int, step: float, is_limited: bool, has_hysteresi
     if has_hysteresis:
         # (4b): once per step is enough, as the input is held over it.
         u = spools.acting_voltage[k] = acting_voltage(u, spools.acting_voltage[k], spools.hysteresis[k])
-    w, xi, k_v = (
-        spools.spool_frequency[k],
-        spools.spool_damping_ratio[k],
-        spools.spool_gain[k],
-    )
+    w, xi, k_v = (spools.spool_frequency[k], spools.spool_damping_ratio[k], spools.spool_gain[k])
     most, fastest = spools.spool_limit[k], spools.spool_speed_limit[k]
     x, v = spools.spool_position[k], spools.spool_velocity[k]
     # Classic Runge-Kutta of (3) and (4); the lanes need the positions of all four stages.

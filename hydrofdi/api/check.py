@@ -203,7 +203,8 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
     ]
     ends = Counter((mode["status"], mode["verdict"]) for mode in modes)
     told = {end: f"{end[1]}: {n} of {counted(len(modes), 'run')}" for end, n in ends.items()}
-    problems += [text for (status, _), text in told.items() if status != "ok"]
+    messages = {str(row["status"]): str(row["message"]) for row in rows}
+    problems += [f"{text}: {messages[status]}" for (status, _), text in told.items() if status != "ok"]
     problems += selection.unreached
     with shown_in(loaded.units):
         warnings = [*unusual_values(loaded), *idle_parameters(loaded), *experiment_warnings(loaded, distinct)]

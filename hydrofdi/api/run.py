@@ -251,7 +251,8 @@ class Run(Answer):
     @property
     def table(self) -> Table:
         """Name, value and unit of each feature, for people."""
-        features, values, units = zip(*self._lines(), strict=True)
+        known = (line for line in self._lines() if not line[1].startswith("nan"))
+        features, values, units = zip(*known, strict=True)
         named, unit = Column("feature", features, is_text=True), Column("unit", units, is_text=True)
         return Table((named, Column("value", values), unit), title=self.title)
 
@@ -260,10 +261,14 @@ class Run(Answer):
         yield "run", self.run_id, ""
         yield "status", self.status, ""
         yield "verdict", self.verdict, ""
-        yield "leakage coefficient K_i", f"{number[names.LEAKAGE_COEFFICIENT]:.4g}", typeset(K_I_UNIT)
+        plant, coefficient = self.spec.parameters.plant, f"{number[names.LEAKAGE_COEFFICIENT]:.4g}"
+        if plant.fmu is None:
+            yield "leakage coefficient K_i", coefficient, typeset(K_I_UNIT)
+        elif plant.leakage.coefficient is not None:
+            yield f"leakage, {plant.leakage.coefficient}", coefficient, ""
         yield "mean internal leakage", f"{number[names.MEAN_LEAKAGE_FLOW].to('L/min'):.4g}", "L/min"
         for chamber, name in enumerate(names.EXTERNAL_LEAKAGE_FLOWS, 1):
-            if (flow := number[name]) and not math.isnan(flow):
+            if flow := number[name]:
                 yield f"mean leakage out of chamber {chamber}", f"{flow.to('L/min'):.4g}", "L/min"
         for level, rms in enumerate(columns[names.DETAIL_RMS][0].tolist(), 1):
             yield f"RMS of d{level}", f"{convert(rms, 'kPa'):.3f}", "kPa"
@@ -273,8 +278,7 @@ class Run(Answer):
             ("piston position", "piston_position", "mm"),
         ):
             low, high = (number[f"{name}_{end}"].to(unit) for end in ("min", "max"))
-            if not math.isnan(low):
-                yield title, f"{low:.3f} … {high:.3f}", unit
+            yield title, f"{low:.3f} … {high:.3f}", unit
         if self.spec.parameters.plant.fmu is None:
             yield "hydraulic mode f_h", f"{number[names.MODE_FREQUENCY]:.2f}", "Hz"
             damping = f"{number[names.MODE_DAMPING_RATIO]:.4f}"

@@ -114,7 +114,7 @@ def test_samples_are_counted_and_the_lag_is_that_of_the_wall_clock(server, sink)
 
 
 def test_silent_clients_are_dropped_and_nothing_listens_after_the_end(closing, monkeypatch):
-    monkeypatch.setattr(metrics, "_PATIENCE", 0.05)
+    monkeypatch.setattr(metrics, "_PATIENCE", 0.5)
     server = MetricsServer("127.0.0.1:0")
     MetricsSink(server, PRESS, FILE)
     n_thread, address = (

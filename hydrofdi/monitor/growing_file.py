@@ -211,11 +211,13 @@ class GrowingFile(StreamSource):
         """New samples; None after `timeout` seconds without any, or if something happened."""
         end = time.monotonic() + timeout
         while True:
+            before = self._file.offset if self._file else -1
             chunk = self._next()
             left = end - time.monotonic()
             if chunk is not None or self.events or self.is_over or left <= 0.0:
                 return chunk
-            time.sleep(min(_POLL, left))
+            if self._file is None or self._file.offset == before:  # part of a long line is no reason to wait
+                time.sleep(min(_POLL, left))
 
     @property
     def position(self) -> Position:

@@ -189,7 +189,8 @@ class TextLines:
                 raise wrong_encoding(self._name, self._encoding)
             lines, self._n_skip = lines[self._n_skip :], max(0, self._n_skip - len(lines))
         if len(rest) > self._largest:
-            lines.append(rest.decode(self._encoding, errors="replace"))
+            if not self._is_skipping:  # one line is one loss, however long it is
+                lines.append(rest.decode(self._encoding, errors="replace"))
             self._rest, self._is_skipping = b"", True
         chunks: list[Chunk] = []
         if self._fits(max(lines, key=len, default="")):

@@ -167,6 +167,14 @@ def test_samples_without_time_are_counted_and_lost_lines_leave_a_gap():
     assert samples(chunk)["P1"] == [None, 1.0, None, 3.0], "delimiters alone are a row of empty cells"
 
 
+@pytest.mark.parametrize("n_kilobyte", [3, 30])
+def test_a_line_of_any_length_is_one_loss(n_kilobyte):
+    data = b"P1 [Pa]\n1\n" + b"9" * 1024 * n_kilobyte + b"\n3\n"
+    lines = reader(sampling_frequency=10, largest=1024)
+    chunk, _ = read_in_pieces(lines, data, range(500, len(data), 700))
+    assert samples(chunk) == {"time": [0.0, 0.2], "P1": [1.0, 3.0]}
+
+
 def test_a_stream_gives_the_samples_of_a_file(tmp_path):
     random = np.random.default_rng(7)
     rows = random.normal(size=(500, 3)) * [100.0, 3.0, 0.1]

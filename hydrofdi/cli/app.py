@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Iterable
 from importlib import import_module
 from operator import attrgetter
-from typing import Annotated, Any
+from typing import Annotated, Any, TextIO
 
 import typer
 from typer.core import TyperGroup
@@ -191,15 +191,22 @@ def main() -> None:
 
 def _unread() -> int:
     """Exit code if the reader of the output has ended, as ``head`` does; nothing is written after this."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for stream in (sys.stdout, sys.stderr):
-        os.dup2(nowhere, stream.fileno())
+    _discard(sys.stdout, sys.stderr)
     return UNREAD
+
+
+def _discard(*streams: TextIO) -> None:
+    """Send what is still to be written, at the end of Python as well, nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in streams:
+        os.dup2(nowhere, stream.fileno())
 
 
 def _unexpected(error: Exception) -> int:
     """Exit code of an unexpected error: a long name, a full disk, no memory are the user's; else a bug."""
     if isinstance(error, OSError) and error.errno in (errno.ENAMETOOLONG, errno.ENOSPC):
+        if not error.filename:
+            _discard(sys.stdout)
         return _complain(f"{str(error.filename or 'standard output')[:_MOST_OF_PATH]}: {error.strerror}")
     is_memory = isinstance(error, MemoryError) or "failed to map segment" in str(error)
     if is_memory or (isinstance(error, OSError) and error.errno == errno.ENOMEM):

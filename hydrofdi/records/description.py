@@ -369,7 +369,7 @@ def path_pattern(template: str) -> re.Pattern[str]:
     pieces = _FIELD.split(template)
     texts, names = [re.escape(piece) for piece in pieces[::2]], pieces[1::2]
     # a name ends where the text behind it first occurs; only the last one may have to look further. What a
-    # look-ahead found is not tried again; possessive quantifiers would say so, but Python 3.11.2 errs in them.
+    # look-ahead found is not tried again; possessive quantifiers would do, but Python 3.11.2 errs in them.
     fields = [
         f"(?=(?P<{name}>[^/](?:(?!{text})[^/])*))(?P={name})"
         for name, text in zip(names, texts[1:], strict=True)

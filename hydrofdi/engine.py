@@ -15,6 +15,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -50,6 +51,20 @@ class Task:
     function: Callable[[Any], Any]
     item: Any
     time_limit: float | None
+
+
+TIME_LIMIT: ContextVar[float | None] = ContextVar("wall time of a run [s]", default=None)
+"""Wall time of a run that needs a process of its own outside a sweep, which limits its tasks itself."""
+
+
+@contextmanager
+def limited(seconds: float | None) -> Iterator[None]:
+    """Limit the wall time of such runs within."""
+    token = TIME_LIMIT.set(seconds)
+    try:
+        yield
+    finally:
+        TIME_LIMIT.reset(token)
 
 
 class Engine:

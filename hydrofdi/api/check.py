@@ -22,6 +22,7 @@ from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
 from hydrofdi.config.runs import spread
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients, split_jobs
 from hydrofdi.execution.checks import (
@@ -47,7 +48,6 @@ from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number
-from hydrofdi.simulation import foreign
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
@@ -183,10 +183,10 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
     'the step of 0.001 s is too long for the friction zone: ...'
     """
     loaded = load_experiment(experiment, settings)
-    foreign.TIME_LIMIT.set(loaded.limits.time_per_job)
-    selection = select_runs(loaded)
+    with limited(loaded.limits.time_per_job):
+        selection = select_runs(loaded)
+        rows = computed_rows(selection.jobs)
     jobs, distinct = selection.jobs, selection.distinct
-    rows = computed_rows(jobs)
     nominal, analysis = jobs[0].parameters, jobs[0].analysis
     record, wavelet = nominal.record, analysis.wavelet
     bands = level_bands(record.sampling_frequency, wavelet.levels)
@@ -279,13 +279,18 @@ def calibrate(
     sweep = SweepConfig(grid={"leakage.internal_flow": list(dict.fromkeys(values))})
     table = expand_runs(loaded.model_copy(update={"sweep": sweep}))
     runs = table.runs[: table.n_swept]
-    coefficients = leakage_coefficients(runs, InProcessEngine(), {})
-    jobs = [Job(str(k), run.calibration or run.parameters, coefficients[k]) for k, run in enumerate(runs)]
+    with limited(loaded.limits.time_per_job):
+        coefficients = leakage_coefficients(runs, InProcessEngine(), {})
+        jobs = [Job(str(k), run.calibration or run.parameters, coefficients[k]) for k, run in enumerate(runs)]
+        rows = computed_rows(jobs)
     targets: list[tuple[float, ...]] = []
-    for job, row in zip(jobs, computed_rows(jobs), strict=True):
+    for job, row in zip(jobs, rows, strict=True):
         mean = float(row["mean_internal_leakage_flow"])
-        difference = np.mean(np.abs(row["chamber_1_pressure"] - row["chamber_2_pressure"]))
-        piston = job.parameters.actuator.piston_area * np.mean(np.abs(row["piston_velocity"]))
+        # An FMU need not give all signals.
+        names_needed = ("chamber_1_pressure", "chamber_2_pressure", "piston_velocity")
+        first, second, speed = (row.get(name, np.array(np.nan)) for name in names_needed)
+        difference = np.mean(np.abs(first - second))
+        piston = job.parameters.actuator.piston_area * np.mean(np.abs(speed))
         targets.append((mean, job.leakage_coefficient, float(mean / difference), float(mean / piston)))
     flow, coefficient, laminar, share = zip(*targets, strict=True)
     return Table((

@@ -271,7 +271,9 @@ def evaluate(
             "label: state the condition of each record, such as label=['healthy', 'leaking', …]"
         )
     chosen = of_machine(chosen, sources)
-    columns, measured = measure_sources(sources, chosen, sketches=True)
+    columns, measured = measure_sources(
+        sources, chosen, is_near=lambda source: isinstance(source, MeasuredSource)
+    )
     left = Left()
     labels = [label for source in sources for label in labels_of_healthy(source)]
     labels += names_of("healthy", healthy, "labels of healthy records")

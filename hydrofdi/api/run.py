@@ -24,6 +24,7 @@ from hydrofdi.config.runs import record_identity, run_identity
 from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.engine import limited
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.records.data_sheet import StatedMachine
@@ -31,7 +32,6 @@ from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.report.table import Column, Table, library, plain
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.readable import K_I_UNIT, typeset
-from hydrofdi.simulation import foreign
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
@@ -84,12 +84,17 @@ class Run(Answer):
     def title(self) -> str:
         """The run in a few words."""
         with shown_in(self.experiment.units):
-            flow = f"{self.features[names.MEAN_LEAKAGE_FLOW].to('L/min'):.3g} L/min"
-            leakage = flow if self.features[names.LEAKAGE_COEFFICIENT] else "sealed"
+            plant = self.spec.parameters.plant
+            flow, leakage = self.features[names.MEAN_LEAKAGE_FLOW].to("L/min"), ""
+            if not self.features[names.LEAKAGE_COEFFICIENT] and plant.takes_leakage:
+                leakage = "sealed"
+            elif not math.isnan(flow):
+                leakage = f"{flow:.3g} L/min"
             modulus = shown_value("fluid.bulk_modulus", self.spec.parameters.fluid.bulk_modulus)
             failed = "" if self.status == "ok" else f", {self.status}"
-            plant = self.spec.parameters.plant
-            return f"{f'EBM {modulus}' if plant.fmu is None else plant.name}, {leakage}{failed}"
+            machine = plant.name if plant.fmu else ""
+            oil = f"EBM {modulus}" if plant.takes("fluid.bulk_modulus") else ""
+            return ", ".join(filter(None, (machine, oil, leakage))) + failed
 
     @property
     def run_id(self) -> str:
@@ -430,11 +435,11 @@ def simulate(
     loaded = load_experiment(experiment, settings)
     if out is not None:
         require_replaceable(path_of(out))
-    foreign.TIME_LIMIT.set(loaded.limits.time_per_job)
     spec = expand_runs(_alone(loaded)).runs[0]
-    (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {})
-    job = Job.of(spec, run_identity(spec), coefficient, record_identity(spec))
-    run = Run(loaded, spec, compute_columns([job]))
+    with limited(loaded.limits.time_per_job):
+        (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {})
+        job = Job.of(spec, run_identity(spec), coefficient, record_identity(spec))
+        run = Run(loaded, spec, compute_columns([job]))
     if out is not None:
         run.save(out)
     return run

@@ -13,6 +13,7 @@ from typing import Any
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.sections.plant import absent_signals
+from hydrofdi.engine import limited
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
@@ -70,12 +71,14 @@ class SimulatedRecords:
         _log.info("%s: simulating %s", self.name, counted(len(rows), "record"))
         while first < len(rows):
             alike = _alike(runs, rows[first:])
-            coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
+            with limited(self.experiment.limits.time_per_job):
+                coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
             own_ids = [record_ids[row] for row in rows[first : first + len(alike)]]
             texts = [titles[row] for row in rows[first : first + len(alike)]] if titles else []
             if labels and not titles:
                 texts = [_label(*each) for each in zip(alike, coefficients, strict=True)]
-            batch = _batch(alike, coefficients, own_ids, self, texts if labels else None)
+            with limited(self.experiment.limits.time_per_job):
+                batch = _batch(alike, coefficients, own_ids, self, texts if labels else None)
             first += len(alike)
             now = time.monotonic()
             if first < len(rows) and now - told > _SECONDS_BETWEEN_LINES:
@@ -140,7 +143,8 @@ def _batch(
 
 def _label(run: RunSpec, coefficient: float) -> str:
     flow = run.parameters.leakage.internal_flow
-    modulus = run.parameters.fluid.bulk_modulus if run.parameters.plant.fmu is None else math.nan
+    is_known = run.parameters.plant.takes("fluid.bulk_modulus")
+    modulus = run.parameters.fluid.bulk_modulus if is_known else math.nan
     return records.condition_label(math.nan if flow is None else flow, coefficient, modulus)
 
 

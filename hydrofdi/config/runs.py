@@ -35,7 +35,7 @@ from hydrofdi.config.request import (
 )
 from hydrofdi.config.sections.csv_input import digest
 from hydrofdi.config.sections.machine import LeakageConfig
-from hydrofdi.config.sections.plant import is_foreign
+from hydrofdi.config.sections.plant import declare, is_foreign
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_points, study_table
 from hydrofdi.config.sweep import NOMINAL, Points, count_points, distinct_rows, multiplied, sweep_points
@@ -322,6 +322,8 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     ConfigError
         A combination of swept values is impossible, or the sweep is empty or too large.
     """
+    if (model := experiment.plant.model) is not None:
+        declare(model)  # another experiment may have been read since
     if experiment.study is not None:
         return _expand_study(experiment, experiment.study)
     _require_countable(count_points(experiment.ensemble) * count_points(experiment.sweep))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from math import prod
@@ -15,7 +15,6 @@ from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.indicators.measuring import Indicators, Measures, measure, output_unit
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.copies import Sketch, sketch_of
-from hydrofdi.records.source import MeasuredSource
 
 
 @dataclass(frozen=True)
@@ -99,10 +98,15 @@ def used_channels(indicators: Indicators) -> frozenset[Channel]:
 
 
 def measure_sources(
-    sources: Sequence[RecordSource], indicators: Indicators, *, sketches: bool = False
+    sources: Sequence[RecordSource],
+    indicators: Indicators,
+    *,
+    is_near: Callable[[RecordSource], bool] | None = None,
 ) -> tuple[tuple[MeasuredOutput, ...], Iterator[RecordMeasures]]:
-    """Columns, and an iterator over the records of all sources, on request with what tells copies; one batch
-    is in memory at a time."""
+    """Columns, and an iterator over the records of all sources; one batch is in memory at a time.
+
+    With `is_near`, records have what tells copies, also near ones of the sources for which it is true.
+    """
     batches = ((source, batch) for source in sources for batch in source.batches(labels=True))
     leading = []
     for source, batch in batches:
@@ -110,7 +114,7 @@ def measure_sources(
         if batch.n_record:
             break
     columns = _columns(indicators, leading[-1][1] if leading else RecordBatch({}, 1.0, ()))
-    return columns, _measured(chain(leading, batches), indicators, columns, sketches)
+    return columns, _measured(chain(leading, batches), indicators, columns, is_near)
 
 
 def _columns(indicators: Indicators, records: RecordBatch) -> tuple[MeasuredOutput, ...]:
@@ -127,7 +131,7 @@ def _measured(
     batches: Iterator[tuple[RecordSource, RecordBatch]],
     indicators: Indicators,
     columns: Sequence[MeasuredOutput],
-    sketches: bool,
+    is_near: Callable[[RecordSource], bool] | None,
 ) -> Iterator[RecordMeasures]:
     used = used_channels(indicators)
     for source, batch in batches:
@@ -139,8 +143,9 @@ def _measured(
         for row in range(batch.n_record):
             own = tuple(chain.from_iterable(of_indicator[row] for of_indicator in doubts if of_indicator))
             record = _record(batch, measures, row, used, own)
-            is_near = isinstance(source, MeasuredSource)
-            yield replace(record, sketch=sketch_of(batch, row, is_near=is_near)) if sketches else record
+            if is_near is not None:
+                record = replace(record, sketch=sketch_of(batch, row, is_near=is_near(source)))
+            yield record
         yield from _rejected(batch, columns)
 
 

@@ -226,7 +226,9 @@ class Report:
         sealed = "sealed internally and externally" if outside and not any(outside.values()) else "sealed"
         if baseline == "matched":
             return f"{sealed}, the same conditions as the run"
-        state = [sealed, f"EBM {wording.modulus_text(runs.normal_bulk_modulus(self.data))}"]
+        state = [sealed]
+        if self.data.experiment.plant.takes("fluid.bulk_modulus"):
+            state.append(f"EBM {wording.modulus_text(runs.normal_bulk_modulus(self.data))}")
         state += [shown_values(held)] if held else []
         is_alike = len(held) + len(outside) < len(varied)
         return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])

@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.plausibility import seeds_of, shown_seeds
-from hydrofdi.config.request import parameter_names
+from hydrofdi.config.request import OWN_PLANT, parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
@@ -101,8 +101,14 @@ def doubts_blocks(data: ExperimentData) -> tuple[Block, ...]:
 
 def machine_block(data: ExperimentData) -> Block:
     """The nominal machine and its records, as on a data sheet."""
-    stated = {name: value for name in _MACHINE if (value := data.experiment.value(name))}
-    names, values = [_MACHINE[name] for name in stated], [*map(shown_value, stated, stated.values())]
+    experiment, plant = data.experiment, data.experiment.plant
+    acting = [name for name in _MACHINE if name.partition(".")[0] not in OWN_PLANT or plant.takes(name)]
+    stated = {"plant.fmu": plant.name} if plant.fmu else {}
+    stated |= {f"plant.{name}": value for name, value in plant.own.items()}
+    stated |= {name: value for name in acting if (value := experiment.value(name))}
+    titles = _MACHINE | {"plant.fmu": f"FMU, SHA-256 {plant.digest[:12]}"}
+    names = [titles.get(name, name.partition(".")[2]) for name in stated]
+    values = [*map(shown_value, stated, stated.values())]
     table = Table.of({"Machine": names, "Nominal": values, "Key": [*stated]}, key="machine")
     return Block("machine", "The machine", (), (table,))
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
-from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.plant import OUTPUTS
-from hydrofdi.engine import LocalPoolEngine, available_cores
+from hydrofdi.engine import TIME_LIMIT, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.instance import Instance, PlantError, instance_of
 from hydrofdi.physics.control import converted, pid_step
@@ -32,10 +31,6 @@ from hydrofdi.simulation.inputs import (
 
 Signals = dict[str, NDArray[np.float64]]
 """Name of a signal → its values at communication points."""
-
-
-TIME_LIMIT: ContextVar[float | None] = ContextVar("wall time of a run on an FMU [s]", default=None)
-"""Wall time that a run outside a sweep may take [s]; a sweep limits its tasks itself."""
 
 
 @dataclass(frozen=True)

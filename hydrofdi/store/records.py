@@ -14,6 +14,7 @@ import numpy as np
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.runs import study_roles
 from hydrofdi.config.sections.drive import InputConfig
+from hydrofdi.config.sections.plant import SIGNAL_NAMES
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.settings.readable import K_I_UNIT, shown_quantity
@@ -24,14 +25,10 @@ from hydrofdi.units import convert
 _MOST_RECORDS, _MOST_SAMPLES = 256, 320_000
 """Limits of a batch: records, and samples per channel that are in memory at a time."""
 
-_SIGNALS = {Channel.SUPPLY_PRESSURE: names.VALVE_SUPPLY_PRESSURE}
-"""Channels whose signal has a different name."""
-
 SIGNAL_OF_CHANNEL = {
     channel: signal
-    for channel in Channel
-    if (signal := _SIGNALS.get(channel, channel.value))
-    in {variable.name for variable in names.stored_variables("all") if variable.is_signal}
+    for channel, signal in SIGNAL_NAMES.items()
+    if signal in {variable.name for variable in names.stored_variables("all") if variable.is_signal}
 }
 """Channel → name of its signal, for all channels of simulated runs."""
 
@@ -157,8 +154,8 @@ class StoredRecords:
             return self._study_labels[row]
         stated = (names.LEAKAGE_LEVEL, names.LEAKAGE_COEFFICIENT, names.BULK_MODULUS)
         flow, coefficient, modulus = (float(self.data.columns[name][row]) for name in stated)
-        is_own = self.data.experiment.plant.fmu is None
-        return condition_label(flow, coefficient, modulus if is_own else math.nan)
+        is_known = self.data.experiment.plant.takes("fluid.bulk_modulus")
+        return condition_label(flow, coefficient, modulus if is_known else math.nan)
 
     @cached_property
     def record_ids(self) -> list[str]:

@@ -6,12 +6,13 @@ import re
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
-from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import ConfigDict, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.description import Model, Variable, digest_of, read_model
+from hydrofdi.records.batch import Channel
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.ready import located
@@ -20,19 +21,22 @@ from hydrofdi.units import parse_quantity, parse_unit, zero_of
 INPUTS = {"input_voltage": "V", "reference_position": "m", "load_force": "N"}
 """Signal that drives a plant → its unit."""
 
+SIGNAL_NAMES = {each: each.value for each in Channel} | {Channel.SUPPLY_PRESSURE: "valve_supply_pressure"}
+"""Channel → its name among the signals of runs."""
+
 OUTPUTS = {
-    "chamber_1_pressure": "Pa", "chamber_2_pressure": "Pa", "valve_supply_pressure": "Pa",
-    "piston_position": "m", "piston_velocity": "m/s", "spool_position": "m", "oil_temperature": "K",
-    "internal_leakage_flow": "m^3/s",
-}  # fmt: skip
+    signal: channel.unit
+    for channel, signal in SIGNAL_NAMES.items()
+    if channel not in (Channel.RETURN_PRESSURE, Channel.INPUT_VOLTAGE)
+} | {"internal_leakage_flow": "m^3/s"}
 """Signal that a plant gives → its unit."""
 
 _OTHER_NAMES = {
-    "u": "input_voltage", "P1": "chamber_1_pressure", "P2": "chamber_2_pressure", "x": "piston_position",
-    "Ps": "valve_supply_pressure", "supply_pressure": "valve_supply_pressure", "v": "piston_velocity",
-    "internal_leakage": "internal_leakage_flow", "q_il": "internal_leakage_flow", "xv": "spool_position",
-    "T": "oil_temperature",
-}  # fmt: skip
+    **{name: signal for channel, signal in SIGNAL_NAMES.items() for name in (channel.symbol, channel.value)},
+    "internal_leakage": "internal_leakage_flow",
+    "q_il": "internal_leakage_flow",
+}
+"""Symbol or other name → signal."""
 
 _DIGEST = "#sha256:"
 """Between the path of an FMU that an experiment names, and what it contained."""
@@ -41,6 +45,14 @@ _STORED = re.compile(r"(?P<path>.*) \(sha256:(?P<digest>[0-9a-f]{64})\)", re.DOT
 """An FMU that results name. It is never run."""
 
 _WITH_UNIT = re.compile(r"(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]+)\]")
+
+
+def _schema(signals: Mapping[str, str]) -> WithJsonSchema:
+    names = {
+        "enum": [*signals, *(name for name, own in _OTHER_NAMES.items() if own in signals and name != own)]
+    }
+    variable = {"type": "string"}
+    return WithJsonSchema({"type": "object", "propertyNames": names, "additionalProperties": variable})
 
 
 class PlantVariable(NamedTuple):
@@ -70,15 +82,13 @@ class PlantConfig(Section):
     """File of FMI 2 or 3, relative to the experiment file that names it. It is foreign machine code and runs
     with your rights. Co-simulation is preferred; a model exchange is integrated by CVODE."""
 
-    inputs: Mapping[str, str] = Field(default_factory=dict)
-    """What drives the plant → variable of the FMU: input_voltage, reference_position (of a controller inside
-    the FMU), load_force. ``'u [mV]'`` states the unit of a variable that has none, ``'u [0.1 V]'`` what 1 of
-    it means, if 10 V are 100 %."""
+    inputs: Annotated[Mapping[str, str], _schema(INPUTS)] = Field(default_factory=dict)
+    """What drives the plant → variable of the FMU; ``reference_position`` is that of a controller inside it.
+    ``'u [mV]'`` states the unit of a variable that has none, ``'u [0.1 V]'`` what 1 of it means, if 10 V are
+    100 %."""
 
-    outputs: Mapping[str, str] = Field(default_factory=dict)
-    """Signal → variable of the FMU: chamber_1_pressure, chamber_2_pressure, valve_supply_pressure,
-    piston_position, piston_velocity, spool_position, oil_temperature, internal_leakage_flow. ``'p1 [bar]'``
-    states the unit of a variable that has none."""
+    outputs: Annotated[Mapping[str, str], _schema(OUTPUTS)] = Field(default_factory=dict)
+    """Signal → variable of the FMU. ``'p1 [bar]'`` states the unit of a variable that has none."""
 
     parameters: Mapping[str, str] = Field(default_factory=dict)
     """Parameter of hydrofdi → parameter of the FMU that it sets: with ``fluid.bulk_modulus: oil.beta`` a grid
@@ -148,6 +158,15 @@ class PlantConfig(Section):
     def model(self) -> Model | None:
         """The FMU, if the experiment itself names it; results and detectors do not."""
         return None if self.fmu is None else named_model(self.fmu)
+
+    def takes(self, parameter: str) -> bool:
+        """Whether a parameter of the own plant acts: all do without an FMU."""
+        return self.fmu is None or parameter in self.parameters
+
+    @property
+    def takes_leakage(self) -> bool:
+        """Whether ``leakage.internal_coefficient`` acts; else an FMU may leak by itself."""
+        return self.fmu is None or self.leakage.coefficient is not None
 
     def __hash__(self) -> int:
         return hash(self.stated_text)
@@ -244,7 +263,7 @@ class _Declared(NamedTuple):
 
 
 PARAMETERS: dict[str, _Declared] = {}
-"""Dotted parameter of the FMUs that experiments of this process name → what is known of it."""
+"""Dotted parameter of the FMU of the experiment that is at work → what is known of it."""
 
 
 def is_foreign(name: Any) -> bool:
@@ -254,7 +273,8 @@ def is_foreign(name: Any) -> bool:
 
 
 def declare(model: Model) -> None:
-    """Make the parameters of an FMU known by their dotted names."""
+    """Make the parameters of an FMU known by their dotted names, and those of no other."""
+    PARAMETERS.clear()
     for name, variable in model.variables.items():
         if variable.is_settable:
             start = None if variable.start is None else variable.in_si(variable.start)
@@ -269,8 +289,7 @@ def declare(model: Model) -> None:
 def foreign_value(name: str, value: Any) -> Any:
     """A value of a parameter of an FMU in SI; a ValueError if it has none like this."""
     if (declared := PARAMETERS.get(name)) is None:
-        known = [each for each in PARAMETERS if each.startswith("plant.")]
-        raise ValueError(f"no parameter of the FMU{nearest(name, known)}")
+        raise ValueError(f"no parameter of the FMU{nearest(name, [*PARAMETERS])}")
     if declared.quantity is not None:
         return declared.quantity.parse(value)
     named = dict(declared.items)

@@ -24,7 +24,7 @@ import numpy as np
 
 import hydrofdi
 from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.config import load_experiment
+from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.diagnosis.history import history_of
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE
 from hydrofdi.diagnosis.judging import Judge
@@ -110,14 +110,19 @@ def machines(loop: str, count: int) -> list[dict[str, Any]]:
     return [{name: columns[name][1 + row] for name in names} for row in range(count)]
 
 
-def simulated(loop: str, rows: list[dict[str, Any]]) -> Any:
+def simulated(loop: str, rows: list[dict[str, Any]]) -> list[Any]:
     """Records of machines with these parameters, in order."""
-    rig = load_experiment({
+    return records_of(load_experiment({
         "extends": ["populations/real-rig.yaml", f"motions/{loop}-loop.yaml"], "name": "rig",
         "record": {"duration": "20 s"},
         "study": {"healthy": {"fit": 1, "test": 1}},
-    }).model_dump(exclude_unset=True)  # fmt: skip
-    kept = {key: value for key, value in rig.items() if key not in ("study", "name", "baseline", "extends")}
+    }), rows)  # fmt: skip
+
+
+def records_of(rig: ExperimentConfig, rows: list[dict[str, Any]]) -> list[Any]:
+    """Records of the machine of a study with these parameters, in order; None of one that failed."""
+    left_out = ("study", "name", "baseline", "extends")
+    kept = {key: value for key, value in rig.model_dump(exclude_unset=True).items() if key not in left_out}
     keys = dict.fromkeys(key for row in rows for key in row)
     swept = {"zip": {key: [row[key] for row in rows] for key in keys}}
     experiment = load_experiment(kept | {"name": "machine", "sweep": swept})

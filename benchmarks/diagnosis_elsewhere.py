@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from diagnosis import EDGES, NOTHING, error, expected, faults, share
+from diagnosis import EDGES, NOTHING, error, expected, faults, records_of, share
 
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
@@ -93,19 +93,10 @@ def simulated(loop: str, fixed: dict[str, float], rows: list[dict[str, Any]]) ->
     """Options of the balance of the machine's data sheet, and records with these parameters, in order."""
     rig = experiment_of(loop, fixed, {"healthy": {"fit": 1, "test": 1}})
     sheet = SimulatedRecords(rig, "sheet").data_sheet
-    left_out = ("study", "name", "baseline", "extends")
-    kept = {key: value for key, value in rig.model_dump(exclude_unset=True).items() if key not in left_out}
-    keys = dict.fromkeys(key for row in rows for key in row)
-    swept = {"zip": {key: [row[key] for row in rows] for key in keys}}
-    experiment = load_experiment(kept | {"name": "machine", "sweep": swept})
-    source = SimulatedRecords(experiment, "machine", only=range(len(rows)))
-    found = {}
-    for batch in source.batches():
-        found |= {each: batch.rows([row]) for row, each in enumerate(batch.record_ids)}
     settings = {"spool": "command", "supply": "nominal"}
     made = sound_indicator("flow_balance", settings).options
     options = sound_indicator("flow_balance", settings | from_sheet(made, sheet)).options
-    return options, [found.get(each) for each in source.record_ids[: len(rows)]]
+    return options, records_of(rig, rows)
 
 
 def stated(name: str, size: float, own: dict[str, Any], fixed: dict[str, float]) -> float:

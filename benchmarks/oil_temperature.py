@@ -14,9 +14,9 @@ import tempfile
 from typing import Any
 
 import numpy as np
+from diagnosis import machines
 
 import hydrofdi
-from hydrofdi.config import expand_runs, load_experiment
 
 N_FIT, N_TEST = 40, 40
 SCORES = {"leakage": "K_i", "cross_port_leakage": "any law"}
@@ -28,14 +28,6 @@ def experiment(loop: str, **more: Any) -> dict[str, Any]:
     extends = ["populations/real-rig.yaml", f"motions/{loop}-loop.yaml"]
     fixed = {"name": "oil", "record": {"duration": "10 s"}, "indicators": {"weak_rls": weak_rls}}
     return {**fixed, "extends": extends, **more}
-
-
-def machines(loop: str, count: int) -> list[dict[str, Any]]:
-    """Parameters of healthy machines of real-rig."""
-    loaded = load_experiment(experiment(loop, study={"healthy": {"fit": 1, "test": count}}))
-    assert loaded.study is not None
-    runs, names = expand_runs(loaded).runs, loaded.study.population.over
-    return [{name: runs[k].request.value(name) for name in names} for k in range(count)]
 
 
 def room(loop: str, machine: dict[str, Any], folder: str) -> dict[str, tuple[float, float, float]]:

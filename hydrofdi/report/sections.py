@@ -142,9 +142,11 @@ def _settings(data: ExperimentData) -> tuple[dict[str, Any], dict[str, Any]]:
     usual = _flat(ExperimentConfig(name=data.experiment.name).model_dump(mode="json")) | {"name": None}
     configuration = data.configuration or data.experiment.model_dump(mode="json")
     found: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
+    replaced = OWN_PLANT if data.experiment.plant.fmu else ()
     for key, content in _flat(without_contents(configuration)).items():
-        if content not in (None, "", [], {}):
-            found[key in usual and usual[key] == content][key] = content
+        is_usual = key in usual and usual[key] == content
+        if content not in (None, "", [], {}) and not (is_usual and key.partition(".")[0] in replaced):
+            found[is_usual][key] = content
     return found
 
 
@@ -158,7 +160,8 @@ def _flat(configuration: dict[str, Any]) -> dict[str, Any]:
             flat[section] = value
         elif section != "units":
             for name, content in value.items():
-                flat[f"{section}: {name}" if "." in name else f"{section}.{name}"] = content
+                is_changed = "." in name and section != "plant"  # a parameter within a section, not of an FMU
+                flat[f"{section}{': ' if is_changed else '.'}{name}"] = content
     return flat
 
 

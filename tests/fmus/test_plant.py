@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.engine import TIME_LIMIT
 from hydrofdi.errors import ConfigError, HydrofdiError
 from tests.commands import COMMAND, run, run_json
 from tests.fmus.building import Recipe, build, needs_compiler
@@ -133,6 +134,18 @@ def test_a_run_that_hangs_ends_at_its_time_limit(fmu, tmp_path):
     assert found.statuses == {"ok": 2, "timeout": 1}
 
 
+def test_the_limit_of_a_run_holds_outside_a_sweep_and_for_no_other(fmu):
+    hanging = on(fmu, plant={"hazard.hang": "0.3 s"}, limits={"time_per_job": "1 s"})
+    assert hydrofdi.simulate(hanging).status == "timeout"
+    assert TIME_LIMIT.get() is None
+
+
+def test_a_leak_is_solved_for_an_fmu_that_gives_little(fmu):
+    little = {"outputs": {"P1": "cyl.port_a.p", "internal_leakage": "q_leak"}}
+    (found,) = hydrofdi.calibrate(on(fmu, plant=little), flows="0.3 L/min")
+    assert found["flow"] == pytest.approx(0.3e-3 / 60.0, rel=1e-9)
+
+
 def test_a_crash_ends_neither_python_nor_the_command(fmu, tmp_path):
     crashing = on(fmu, plant={"hazard.crash": "0.3 s"})
     assert hydrofdi.simulate(crashing).status == "killed"
@@ -236,6 +249,9 @@ def test_a_study_draws_parameters_of_the_fmu_and_one_of_them_is_the_fault(fmu, t
     assert sorted(viscous) == [50.0] * 14 + [500.0] * 3 + [5000.0] * 3
     assert len(set(beta)) == 20
     run("report", tmp_path / "out", "--html", tmp_path / "page.html", check=0)
+    page = (tmp_path / "page.html").read_text()
+    assert "cylinder.fmu" in page
+    assert "633 mm²" not in page  # the piston of the built-in plant
 
 
 def test_records_of_an_fmu_have_the_channels_that_it_gives(fmu):

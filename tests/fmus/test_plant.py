@@ -2,9 +2,6 @@
 
 import csv
 import json
-import os
-import signal
-import subprocess
 
 import numpy as np
 import pytest
@@ -12,8 +9,9 @@ import pytest
 import hydrofdi
 from hydrofdi.engine import TIME_LIMIT
 from hydrofdi.errors import ConfigError, HydrofdiError
-from tests.commands import COMMAND, run, run_json
+from tests.commands import run, run_json
 from tests.fmus.building import Recipe, build, needs_compiler
+from tests.runner.processes import kill, nobody_left, shards, start, wait_until
 
 pytestmark = needs_compiler
 
@@ -275,16 +273,11 @@ def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(fmu, tm
     file = tmp_path / "killed.yaml"
     file.write_text(json.dumps(on(fmu, name="killed", sweep={"grid": {"plant.oil.beta": betas}})))
     whole = hydrofdi.sweep(file, engine="in-process", out=tmp_path / "whole").dataset.detail_rms.values
-    command = [*COMMAND, "sweep", str(file), "--out", str(tmp_path / "out"), "--workers", "2"]
-    process = subprocess.Popen(
-        command, stderr=subprocess.PIPE, text=True, env=os.environ, start_new_session=True
-    )
-    shards = tmp_path / "out" / "shards"
-    while process.poll() is None and not (shards.is_dir() and any(shards.iterdir())):
-        pass
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    process.stderr.close()
+    process = start("sweep", file, "--out", tmp_path / "out", "--workers", 2)
+    assert wait_until(lambda: shards(tmp_path / "out"))
+    kill(process.pid)
+    process.communicate()
+    assert nobody_left(process.pid)
     run("sweep", file, "--out", tmp_path / "out", check=0)
     np.testing.assert_array_equal(hydrofdi.load(tmp_path / "out").dataset.detail_rms.values, whole)
 

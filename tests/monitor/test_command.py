@@ -13,7 +13,6 @@ import threading
 import time
 from fcntl import ioctl
 from pathlib import Path
-from urllib.request import urlopen
 
 import pytest
 
@@ -211,28 +210,6 @@ def test_an_extra_that_is_not_installed_is_named(machine, library, arguments, tm
     assert "Traceback" not in done.stderr
 
 
-def test_metrics_count_the_alarm(machine):
-    shown = []
-    with start(machine.detector, "-", "--metrics", "127.0.0.1:0") as process:
-        process.stdin.writelines(machine.lines)
-        process.stdin.flush()
-        while not shown:
-            text = json.loads(process.stdout.readline()).get("text", "")
-            shown += re.findall(r"http://127.0.0.1:\d+/metrics", text)
-        n_sample = len(machine.lines) - 1
-        wait_until(lambda: metric(shown[0], "hydrofdi_samples_total") == n_sample, process)
-        assert metric(shown[0], "hydrofdi_alarms_total") == 1.0
-        process.stdin.close()
-        assert process.wait(PATIENCE) == 0
-
-
-def metric(url, name):
-    with urlopen(url, timeout=PATIENCE) as answer:
-        lines = answer.read().decode().splitlines()
-    (value,) = [line.rpartition(" ")[2] for line in lines if line.startswith(f"{name}{{")]
-    return float(value)
-
-
 class Terminal:
     """A terminal of 80 columns and 24 lines, and what was written to it."""
 
@@ -275,47 +252,7 @@ def test_on_a_terminal_a_leak_is_seen_when_it_sets_in(machine):
     wait_until(lambda: summary in terminal.text.rpartition("standard input, watched for")[2])
 
 
-def test_after_sigterm_it_goes_on_where_it_was_and_the_log_has_each_window_once(machine, tmp_path):
-    growing, log = tmp_path / "growing.csv", tmp_path / "log"
-    options = (machine.detector, growing, "--state", tmp_path / "state", "--log", log)
-    lines = machine.lines
-    growing.write_text("".join(lines[:5500]))
-    with start(*options) as process:
-        wait_until(lambda: log.exists() and log.read_text().count('"window"') == 5, process)
-        process.terminate()
-        assert process.wait(PATIENCE) == 0
-    growing.write_text("".join(lines))
-    done = run("monitor", *options, "--no-follow", check=0)
-    whole = run("monitor", machine.detector, machine.stream, "--no-follow", check=0)
-    assert windows(log.read_text()) == windows(whole.stdout)
-    assert "resumed" in events(done.stdout)
-    assert "--state" not in done.stderr
-
-
 SECRET = "hunter2"
-
-
-def of_kind(log, kind):
-    return [each for each in records(log.read_text()) if each.get("event", "window") == kind]
-
-
-@pytest.mark.parametrize("is_json", [False, True], ids=["CSV", "JSON lines"])
-def test_absurd_times_are_counted_and_change_no_window(machine, is_json, tmp_path):
-    stream, log = tmp_path / "stream", tmp_path / "log"
-    run("monitor", machine.detector, machine.stream, "--no-follow", "--log", tmp_path / "expected", check=0)
-    rows = machine.lines
-    rows = [*rows[:5000], "1e300,1\n", "-1e12,1\n", *rows[5000:], "1.0001e11,1\n"]
-    if is_json:
-        pairs = (row.strip().split(",") for row in rows[1:])
-        rows = [f'{{"time [s]": {time}, "P1 [bar]": {pressure}}}\n' for time, pressure in pairs]
-    files = ("--no-follow", "--state", tmp_path / "state", "--log", log)
-    for n_absurd, text in ((3, "".join(rows)), (4, rows[-1])):
-        with stream.open("a") as file:
-            file.write(text)
-        assert "Traceback" not in run("monitor", machine.detector, stream, *files, check=0).stderr
-        assert sum(each["count"] for each in of_kind(log, "malformed")) == n_absurd
-    assert of_kind(log, "window") == of_kind(tmp_path / "expected", "window")
-    assert (len(of_kind(log, "resumed")), of_kind(log, "not_stored")) == (1, [])
 
 
 ADDRESSES = (

@@ -9,7 +9,6 @@ import urllib.request
 from collections import defaultdict
 from contextlib import contextmanager
 from itertools import count, islice
-from zlib import crc32
 
 import pytest
 from hypothesis import given
@@ -212,38 +211,8 @@ def test_machines_come_and_go(broker, fleet, tmp_path):
     assert said.index("stopped") < said.index("resumed")
 
 
-def by_partition(n_part):
-    """Number of the partition → its machines."""
-    parts = defaultdict(dict)
-    for name, chunk in MACHINES.items():
-        parts[crc32(name.encode()) % n_part + 1][name] = chunk
-    return parts
-
-
 def own_files(folder, k):
     return {"partition": f"{k}/3", "state": folder / f"{k}.db", "log": folder / f"{k}.jsonl"}
-
-
-@needs_mosquitto
-def test_of_three_processes_one_is_killed_and_the_others_go_on(broker, fleet, tmp_path):
-    parts = by_partition(3)
-    assert set(parts) == {1, 2, 3}
-    for k in parts:
-        known(fleet, **own_files(tmp_path, k))
-    lives = {k: Life(fleet, **own_files(tmp_path, k)) for k in (1, 3)}
-    killed = Life(fleet, **own_files(tmp_path, 2) | {"on_line": killed_at(7)})
-    send(broker, BLOCKS)
-    for k, life in lives.items():
-        wait_for(lambda k=k: n_window(logged(tmp_path / f"{k}.jsonl")) == N_WINDOW * len(parts[k]))
-        life.end()
-    killed.join(60.0)
-    assert isinstance(killed.failure, Killed)
-    assert n_window(logged(tmp_path / "2.jsonl")) < N_WINDOW * len(parts[2])
-    again = Life(fleet, **own_files(tmp_path, 2))
-    wait_for(lambda: n_window(logged(tmp_path / "2.jsonl")) == N_WINDOW * len(parts[2]))
-    again.end()
-    for k, machines in parts.items():
-        assert logged(tmp_path / f"{k}.jsonl") == expected(machines, is_over=False)
 
 
 @needs_mosquitto
@@ -340,27 +309,6 @@ def test_sigkill_fifty_times_changes_no_window_of_three_processes(broker, fleet,
             life.kill()
     found = {name: lines for log in logs for name, lines in logged(log).items()}
     assert found == expected(machines, is_over=False)
-
-
-@needs_mosquitto
-def test_a_broker_deals_a_shared_subscription_out_message_by_message(broker):
-    """Why machines are divided by partitions."""
-    counts, clients = defaultdict(int), []
-    for number in range(2):
-        client = Client(CallbackAPIVersion.VERSION2, f"c{number}", protocol=MQTTProtocolVersion.MQTTv5)
-        client.on_subscribe = lambda *_, number=number: counts.update({number: 0})
-        client.on_message = lambda *_, number=number: counts.update({number: counts[number] + 1})
-        client.connect("127.0.0.1", broker.port)
-        client.loop_start()
-        client.subscribe("$share/group/plant/+/samples", qos=1)
-        clients.append(client)
-    wait_for(lambda: len(counts) == 2)
-    send(broker, [("m0", b"1")] * 20)
-    wait_for(lambda: sum(counts.values()) == 20)
-    for client in clients:
-        client.disconnect()
-        client.loop_stop()
-    assert min(counts.values()) > 0
 
 
 @given(st.data())

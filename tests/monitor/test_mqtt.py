@@ -4,8 +4,6 @@ import json
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing as closed
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import groupby
@@ -33,7 +31,7 @@ from tests.commands import COMMAND
 from tests.commands import run as run_command
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.machines import make_machine
-from tests.monitor.streams import N_SAMPLE, Samples, live, logged, made_detector, part, reading_of, stream
+from tests.monitor.streams import reading_of
 
 DETECTOR = Path("detector.json")
 SOON = 0.05
@@ -438,77 +436,6 @@ def test_lines_that_the_broker_refuses_are_said(tmp_path, closing):
         sink = closing(sink_at(broker))
         lines_until(sink, EventKind.DROPPED, [ALARM])
         sink.close()
-
-
-N_WINDOW, N_BLOCK = 40, 100
-FILE = made_detector()
-MADE = stream(N_WINDOW, leaking=[12, 13, 30], stuck=[20, 21])
-BLOCKS = [part(MADE, first, first + N_BLOCK) for first in range(0, N_WINDOW * N_SAMPLE, N_BLOCK)]
-
-CONCERNS_CONNECTIONS = {"started", "resumed", "stopped", "connected", "disconnected"}
-
-
-def run(folder, source):
-    live(folder, source, file=FILE, detector=DETECTOR)
-
-
-def topic_at(address):
-    parsed = Address.parse(address)
-    return TopicSource(str(parsed), MonitorConfig(), FILE.channels, parsed)
-
-
-def of_samples(folder):
-    return logged(folder, CONCERNS_CONNECTIONS)
-
-
-def n_logged(folder):
-    """Whole lines about windows."""
-    log = folder / "log.jsonl"
-    return log.read_text().count('"window"') if log.exists() else 0
-
-
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("undisturbed")
-    run(folder, Samples(MADE))
-    return of_samples(folder)
-
-
-@pytest.fixture
-def subscribed(broker):
-    """The broker knows the monitor, and keeps messages for it."""
-    source = source_at(broker.address())
-    connected(source)
-    source.close()
-    return broker
-
-
-def send(broker, blocks):
-    with closed(publisher_at(broker.address())) as publisher:
-        sent(publisher, blocks)
-
-
-LIFE = """
-import sys
-from pathlib import Path
-from tests.monitor.test_mqtt import run, topic_at
-run(Path(sys.argv[2]), topic_at(sys.argv[1]))
-"""
-
-
-@pytest.mark.long
-def test_sigkill_and_broken_brokers_change_no_window(subscribed, undisturbed, tmp_path):
-    with ThreadPoolExecutor(1) as pool:
-        sending = pool.submit(send, subscribed, BLOCKS)
-        for number in (3, 9, 15, 22, 31, N_WINDOW):
-            command = [sys.executable, "-c", LIFE, subscribed.address(), str(tmp_path)]
-            with killed(command):
-                wait_for(lambda number=number: n_logged(tmp_path) >= number, timeout=120.0)
-            if number in (9, 22):
-                subscribed.stop()
-                subscribed.start()
-        sending.result()
-    assert of_samples(tmp_path) == undisturbed
 
 
 def windows(log):

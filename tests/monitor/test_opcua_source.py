@@ -15,8 +15,6 @@ from asyncua import Server, ua
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.lines import WindowLine
 from hydrofdi.monitor import connections, opcua
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.connections import Inbox
@@ -24,9 +22,8 @@ from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import EventKind
-from tests.detectors.trained.made import FREQUENCY
 from tests.monitor.brokers import free_port
-from tests.monitor.streams import lines_of, made_detector, reading_of, stream
+from tests.monitor.streams import reading_of
 
 EPOCH = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -200,21 +197,6 @@ def test_a_value_whose_status_is_not_good_is_missing_and_a_full_queue_of_the_ser
         reader.samples(4).has(EventKind.DROPPED)
     assert np.isnan(reader.channel(P1)).tolist() == [False, True, True, False]
     assert not np.isnan(reader.channel(X)).any()
-
-
-def test_windows_of_the_stream_are_judged_as_in_a_file(server):
-    file = made_detector()
-    samples = stream(3, leaking=[1])
-    config = {P1: ChannelConfig(column="ns=1;s=P1", unit="Pa")}
-    with opened(server.url, channels=config, rate=FREQUENCY) as source:
-        reader = connected(source)
-        server.write("P1", samples.channels[P1].tolist(), 40.0 + samples.time)
-        reader.samples(samples.n_time)
-    lines = lines_of(Detector(file), reader.chunks)
-    expected = lines_of(Detector(file), [samples])
-    verdicts = [line.verdict for line in lines if isinstance(line, WindowLine)]
-    assert verdicts == [line.verdict for line in expected if isinstance(line, WindowLine)]
-    assert [verdict.alarm for verdict in verdicts] == [False, True, False]
 
 
 def test_a_node_may_hold_an_array_of_consecutive_samples(server):

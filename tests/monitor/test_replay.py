@@ -1,6 +1,5 @@
 """``hydrofdi replay``: records as a stream, to the bit, at a steady rate, into pipes and a broker."""
 
-import json
 import os
 import signal
 import subprocess
@@ -12,7 +11,7 @@ import pytest
 
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.api.streams import replay
-from tests.commands import COMMAND, run, run_json
+from tests.commands import COMMAND, run
 from tests.monitor.streams import read_in_pieces, reader
 
 EXPERIMENT = "record: {duration: 4 s}\nsweep: {grid: {leakage.internal_flow: [0 L/min, 0.5 L/min]}}\n"
@@ -111,69 +110,3 @@ def test_an_interrupt_and_a_reader_that_leaves_end_it(experiment):
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60)
     assert (process.returncode, errors.splitlines()[-1].split(" after ")[0]) == (0, "stopped")
-
-
-@pytest.fixture(scope="module")
-def trained(tmp_path_factory):
-    """A detector, an experiment with a leak, and the rows that ``detect`` gives on it."""
-    folder = tmp_path_factory.mktemp("trained")
-    healthy, leaking, detector = folder / "healthy.yaml", folder / "leaking.yaml", folder / "detector.json"
-    usual = "extends: motions/closed-loop.yaml\nload: {random_force: 1 N}\n"
-    healthy.write_text(usual + "record: {duration: 60 s}\nleakage: {internal_flow: 0 L/min}\n")
-    leaking.write_text(
-        usual + "record: {duration: 21 s}\nleakage: {internal_flow: 1 L/min, onset: step, onset_time: 10 s}\n"
-    )
-    choice = ("--window", "2s", "--every", "1s", "--output", "d2", "--direction", "both")
-    run("train", healthy, "--out", detector, "--false-alarm-rate", "20 %", *choice)
-    rows = run_json("detect", detector, leaking)["windows"]
-    assert len(rows) >= 40
-    assert any(row["alarm"] for row in rows)
-    return detector, leaking, [judged(row) for row in rows]
-
-
-def judged(line):
-    return line["score"], line["alarm"], line["fault"]
-
-
-def windows(text):
-    return [line for line in map(json.loads, text.splitlines()) if line["line"] == "window"]
-
-
-def test_a_stream_is_judged_as_the_records_are(trained):
-    """Every window of ``replay | monitor`` is the row that ``detect`` gives on the same file."""
-    detector, leaking, rows = trained
-    stream = run("replay", leaking, "--rate", "max", check=0).stdout
-    done = run("monitor", detector, "-", "--json", input=stream, check=0)
-    assert [judged(line) for line in windows(done.stdout)] == rows
-
-
-@pytest.mark.long
-def test_a_growing_file_is_judged_as_the_records_are_over_kills_and_renaming(trained, tmp_path):
-    detector, leaking, rows = trained
-    lines = run("replay", leaking, "--rate", "max", check=0).stdout.splitlines(keepends=True)
-    file, log, state = (tmp_path / name for name in ("press.csv", "log.jsonl", "state.json"))
-    arguments = ("monitor", detector, file, "--json", "--log", log, "--state", state)
-
-    def begun():
-        return log.read_text().count('"window"') if log.exists() else 0
-
-    for number, first in enumerate(range(0, len(lines), 6000)):
-        if number == 2:
-            file.rename(tmp_path / "press.old")
-            file.write_text(lines[0])
-        process = subprocess.Popen(
-            [*COMMAND, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        seen, end = begun(), time.monotonic() + 120
-        with open(file, "a") as writer:
-            writer.write("".join(lines[first : first + 6000])[:-7])
-            writer.flush()
-            while begun() == seen and time.monotonic() < end:
-                time.sleep(0.01)
-            process.kill()
-            process.wait()
-            writer.write("".join(lines[first : first + 6000])[-7:])
-    run(*arguments, "--no-follow", check=0)
-    found = windows(log.read_text())
-    assert [line["number"] for line in found] == list(range(len(rows)))
-    assert [judged(line) for line in found] == rows

@@ -86,13 +86,6 @@ def test_a_described_text_goes_on_anywhere(form, cut):
     assert samples(joined([chunk for chunk in chunks if chunk])) == EXPECTED
 
 
-def test_blanks_divide_columns_where_nothing_else_does():
-    text = b"time [s]   P1 [Pa]\n 0.5   1e5\ntime [s]  P1 [Pa]\n 1.0 2e5 \n"
-    chunk, unread = read_in_pieces(reader(), text)
-    assert unread == []
-    assert samples(chunk) == {"time": [0.5, 1.0], "P1": [1e5, 2e5]}
-
-
 BAD = [b"2;3", b"1,2", b"1,2,3,4", b"x,2,3", b"1,2,3x", b"1,1_0,3", b"\xff\x00", b'1,"2,3', b"a,b,c"]
 
 

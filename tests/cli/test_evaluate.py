@@ -105,15 +105,12 @@ def test_units_that_differ_as_much_as_faults_are_the_conclusion(small_rig, tmp_p
     assert max(areas) == 1.0 - min(areas) == 1.0
     assert {score["stands_clear"] for score in done["detection"]} == {False}
     assert done["conclusion"].startswith("only the unit or the day was detected")
-    page = run(*asked, check=0).stdout
-    assert page.index("Only the unit or the day was detected") < page.index("~ dwt.d1")
 
     done = run_json("evaluate", small_rig / "rig.yaml", *ASKED)
     clear = {score["indicator"]: score["stands_clear"] for score in done["detection"]}
     assert clear["dwt.d1"] is True
     assert clear["dwt.a5"] is False, "approximations carry the mean, which no leak here moves"
     assert sorted(clear.values(), reverse=True) == list(clear.values()), "clear ones come first"
-    assert f"in {list(clear.values()).count(False)} of 10 scores, marked ~" in done["conclusion"]
 
 
 def test_records_that_are_rejected_repeated_or_without_numbers_are_counted_with_exit_code_1(tmp_path):
@@ -130,8 +127,6 @@ def test_records_that_are_rejected_repeated_or_without_numbers_are_counted_with_
     assert record["detection"][0]["without_number"] == {"large": 3}
     assert "unit 1/sound 9.csv repeats unit 0/sound 0.csv" in done.stderr
     assert "rejected: 1 of 22 records; unit 0/sound 8.csv.gz" in done.stderr
-    page = run("evaluate", tmp_path / "rig.yaml", *ASKED, check=1).stdout
-    assert re.search(r"large .* 3$", page, re.MULTILINE)
     shutil.copy(tmp_path / "unit 0/sound 0.csv", tmp_path / "unit 0/small 9.csv")
     run("evaluate", tmp_path / "rig.yaml", check=2)
 

@@ -5,7 +5,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections import Counter
 from pathlib import Path
 
 import h5py
@@ -201,23 +200,7 @@ def test_collect_says_what_it_built(tmp_path):
     assert file.exists()
 
 
-NUMBER = re.compile(r"[-−+]?\d[\d.,]*(?:e[-+]\d+)?%?")
 SWEEP = "record: {duration: 6 s}\nsweep: {grid: {fluid.bulk_modulus: [551 MPa, 689.123 MPa]}}\n"
-
-
-@pytest.mark.parametrize(
-    "command",
-    [("check", "experiment.yaml", "--set", "indicators=weak_rls"), ("measure", "experiment.yaml")],
-    ids=" ".join,
-)
-def test_no_number_of_a_command_is_cut_at_60_columns(monkeypatch, experiment_file, tmp_path, command):
-    experiment_file(SWEEP)
-    shown = []
-    for width in ("400", "60"):
-        monkeypatch.setenv("COLUMNS", width)
-        shown.append(run_hydrofdi(*command, cwd=tmp_path).stdout)
-    wide, narrow = (Counter(NUMBER.findall(text)).keys() for text in shown)
-    assert {number for number in wide - narrow if "." in number} == set()
 
 
 @pytest.mark.parametrize("width", [20, 60, 200])

@@ -72,20 +72,14 @@ def test_a_printed_copy_means_the_same_anywhere(name, tmp_path):
     assert contents(file) == contents(ready_folder() / f"{name}.yaml")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "hint"),
-    [
-        (("sweep", "tabel3"), "did you mean 'table3'?"),
-        (("plan", "windows"), "did you mean 'monitoring/windows'?"),
-        (("measure", "smoek"), "did you mean 'smoke'?"),
-        (("configs", "tabel3"), "did you mean 'table3'?"),
-        (("sweep", "something-else"), "'hydrofdi configs' lists the ready ones"),
-    ],
-)
-def test_an_unknown_name_gets_a_suggestion(arguments, hint, tmp_path):
-    done = run(*arguments, cwd=tmp_path, check=2)
-    assert hint in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+def test_an_unknown_name_gets_a_suggestion(tmp_path):
+    for command, name, meant in (
+        ("plan", "windows", "'monitoring/windows'"),
+        ("measure", "smoek", "'smoke'"),
+        ("configs", "tabel3", "'table3'"),
+        ("sweep", "something-else", "'hydrofdi configs'"),
+    ):
+        assert meant in run(command, name, cwd=tmp_path, check=2).stderr
 
 
 @pytest.mark.parametrize("template", [pytest.param("actuator", marks=pytest.mark.long), "online", "paper"])

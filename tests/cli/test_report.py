@@ -20,10 +20,6 @@ def modes(table3_rows):
     }
 
 
-def largest(deltas):
-    return max(range(5), key=lambda level: deltas[level])
-
-
 def test_the_table_is_nine_leaky_modes_and_three_sealed_controls(hydrofdi, table3, modes):
     expected = {(leakage, beta) for leakage in (0.0, *LEAKAGES) for beta in BULK_MODULI}
     assert modes.keys() == expected
@@ -39,22 +35,6 @@ def test_the_table_is_nine_leaky_modes_and_three_sealed_controls(hydrofdi, table
     assert dampings == sorted(dampings)
     checked = hydrofdi("report", table3.directory, "--check")
     assert (checked.returncode, len(checked.stderr.splitlines())) == (0, 6)
-
-
-@pytest.fixture(scope="module")
-def printed(table3):
-    def render(form):
-        result = run_hydrofdi("report", table3.directory, "--full", "--format", form, cwd=table3.folder)
-        assert (result.returncode, result.stderr) == (0, "")
-        return result.stdout
-
-    return {form: render(form) for form in ("text", "markdown", "csv", "json")}
-
-
-def cells(rows, key):
-    """The cells as every printed form shows them, without emphasis."""
-    shown = [[f"{value + 0.0:+.1f}" for value in row[key]] for row in rows]
-    return [[re.sub(r"^[+-]0\.0$", "0.0", cell) for cell in row] for row in shown]
 
 
 def test_without_a_folder_the_newest_experiment_is_reported(hydrofdi, small_sweep, failing_sweep, tmp_path):

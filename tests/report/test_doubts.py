@@ -1,7 +1,5 @@
 """Verdicts of runs in a report: marks where a run is to be read with care, silence where none is."""
 
-import csv
-import io
 import json
 
 import pytest
@@ -10,11 +8,10 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
-from hydrofdi.report.composition import Report
 from hydrofdi.report.figures import draw_all, write_figure
 from hydrofdi.report.forms.page import render_json, write_all_forms
 from hydrofdi.store.folder import write_request
-from tests.commands import run_hydrofdi, run_json
+from tests.commands import run_json
 from tests.conftest import SMALL, sweep_in
 
 
@@ -40,20 +37,6 @@ def test_each_verdict_is_reported_with_its_count_and_the_largest_number_behind_i
 def test_a_row_has_the_marks_of_its_verdict_and_a_failed_one_none(made_up):
     for sheet in blocks(made_up)["table3"].tables:
         assert [*sheet["Verdict"]] == ["", "U", "", "C A", "", ""]
-
-
-def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
-    text = SMALL.replace("sweep:", "fluid: {vapour_pressure: 5 MPa}\nsweep:")
-    sweep = sweep_in(tmp_path, text)
-
-    def printed(form):
-        return run_hydrofdi("report", sweep.directory, "--full", "--format", form, cwd=tmp_path).stdout
-
-    record = json.loads(printed("json"))
-    assert [row["verdict"] for row in record["rows"]] == ["cavitating"] * 4
-    assert record["verdicts"] == {"cavitating": 4}
-    assert {line["verdict"] for line in csv.DictReader(io.StringIO(printed("csv")))} == {"cavitating"}
-    assert "4 cavitating (C)" in printed("text")
 
 
 STILL = SMALL.replace("sweep:", "paper: maddahi2015\ninput: {amplitude: 0 V}\nsweep:")
@@ -103,16 +86,6 @@ def test_a_figure_whose_run_is_missing_says_so_and_the_others_are_drawn(half_don
     drawn, holes = draw_all(make_report(read_results(half_done)), ["figure2", "figure3"])
     assert list(drawn) == ["figure2"]
     assert "missing" in holes["figure3"]
-
-
-def test_without_experiment_file_the_shards_are_reported(half_done):
-    def found():
-        table = Report(read_results(half_done)).table
-        return table.of(table.is_ok)["detail_rms"].tolist()
-
-    before = found()
-    (half_done / "half.h5").unlink()
-    assert before == found() != []
 
 
 GENERAL = """\

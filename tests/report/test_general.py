@@ -226,11 +226,6 @@ def with_ring(made_up):
     return report
 
 
-def block_of(report):
-    (block,) = [block for block in report.document().blocks if block.key == "indicators"]
-    return block
-
-
 def lines_of(report):
     return list(csv.DictReader(io.StringIO(Table.of(report.columns()).to_csv())))
 

@@ -123,7 +123,3 @@ def test_sensors_without_noise_are_named_and_those_left_out_take_their_scores_wi
     assert sum("is left out" in remark for remark in fewer.remarks) == 2
     drawn = report_with("study.population.over.spool_sensor.noise={uniform: [0.1 µm, 1 µm]}")
     assert drawn.record()["perfect_sensors"] == ["Ps"]
-
-
-def test_a_run_of_a_study_is_explained(swept):
-    assert "measurement.seed" in run_json("why", swept.directory, "5")["differences"]

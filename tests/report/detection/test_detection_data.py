@@ -165,11 +165,6 @@ def test_severities_without_a_flow_keep_their_unit():
     assert all(math.isfinite(part["severity"]) for part in one["pod"])
 
 
-def test_the_answer_has_the_best_of_each_set_of_sensors(detection):
-    (table,) = answer_block(detection).tables
-    assert [row[0] for row in rows(table)][:3] == ["P1 P2 x u", "P1 P2 u", "P1"]
-
-
 def test_a_score_that_does_not_keep_its_rate_is_no_answer(detection):
     """Kurtosis finds less than all others with P1, and alarms in every shift."""
     kurtosis = next(each for each in detection.judgements if each.scored.name.endswith("kurtosis"))

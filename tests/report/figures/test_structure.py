@@ -14,7 +14,6 @@ from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.report.figures import draw_all, draw_figure
 from hydrofdi.report.figures.signals import draw_record
 from hydrofdi.report.figures.style import COLORS, LINES, MARKERS, SETTINGS, figure_bytes, series
-from tests.conftest import sweep_in
 
 GOLDEN = Path(__file__).parent / "golden"
 
@@ -39,13 +38,6 @@ def test_a_figure_shows_what_it_did(reports, experiment, name):
         GOLDEN.mkdir(exist_ok=True)
         golden.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     assert found == json.loads(golden.read_text(encoding="utf-8"))
-
-
-def test_small_values_have_no_power_of_ten_beside_the_axis(tmp_path):
-    grid = "{leakage.internal_coefficient: [1e-9, 3e-9]}"
-    file = sweep_in(tmp_path, f"name: small\nrecord: {{duration: 1 s}}\nsweep: {{grid: {grid}}}\n")
-    last = drawn(hydrofdi.load(file.directory).plot("responses")).axes[-1]
-    assert last.xaxis.get_offset_text().get_text() == ""
 
 
 def test_every_figure_can_be_drawn_and_saved(reports):

@@ -246,35 +246,3 @@ def test_no_bound_is_below_the_estimates_beside_it(n_group):
         assert severities == sorted(severities), found
         sources |= {(found["q90"].source, found["q90_95"].source)} if "q90_95" in found else set()
     assert len(sources) > 1
-
-
-MISS_SEVERITIES = np.geomspace(0.001, 1.0, 7)
-STEP = np.log(MISS_SEVERITIES[1] / MISS_SEVERITIES[0])
-
-
-def miss_found(outcomes, true):
-    """What is found, and the remarks."""
-    levels, notes = [Part(2.0 * own, at, None) for own, at in zip(outcomes, true, strict=True)], Notes()
-    return detectability(levels, THRESHOLD, 0.01, Rules(), notes)["smallest"], " ".join(notes.remarks)
-
-
-def drawn(draw, spread, n_record=60):
-    """Hits of a steep curve at seven levels, their true severities, and the true q90."""
-    half = np.log(MISS_SEVERITIES[3]) + draw.uniform(-0.5, 0.5) * STEP
-    true = MISS_SEVERITIES[:, None] * np.exp(draw.normal(0.0, 0.02, (MISS_SEVERITIES.size, n_record)))
-    chance = 0.01 + 0.99 * ndtr((np.log(true) - half) / (spread * STEP))
-    truth = np.exp(half + spread * STEP * ndtri(0.89 / 0.99))
-    return (draw.random(chance.shape) < chance).astype(float), true, truth
-
-
-@pytest.mark.parametrize("spread", [0.1, pytest.param(0.2, marks=pytest.mark.long)])
-def test_their_bound_covers_the_truth_as_often_as_promised(spread):
-    draw, covered, repeats = np.random.default_rng(11), 0, 0
-    while repeats < 25:
-        outcomes, true, truth = drawn(draw, spread)
-        smallest, remarks = miss_found(outcomes, true)
-        bound = smallest["q90_95"]
-        if bound.source == "curve" and "fewer than two tested levels" in remarks:
-            repeats += 1
-            covered += bound.value is None or bound.value >= truth
-    assert holds_at_least(covered, repeats, 0.95)

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest, parameter_names
@@ -358,15 +356,6 @@ def test_values_slices_and_distinct_runs_are_those_of_the_runs():
     assert len(list(table.runs.distinct("fluid", "friction"))) == 18
     with pytest.raises(IndexError):
         table.runs[len(runs)]
-
-
-@given(st.lists(st.tuples(*[st.integers(-1, 3)] * 3), min_size=1, max_size=40))
-def test_distinct_rows_are_reported_in_order_of_appearance(rows):
-    columns = list(np.array(rows, dtype=np.int32).T)
-    first, inverse = distinct_rows(columns, len(rows))
-    different = list(dict.fromkeys(rows))
-    assert [rows[k] for k in first] == different
-    assert [different[k] for k in inverse] == rows
 
 
 def test_distinct_rows_of_many_columns_do_not_overflow():

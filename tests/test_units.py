@@ -171,19 +171,3 @@ def test_the_unit_is_no_part_of_what_a_run_is_nor_of_what_programs_read(tmp_path
     rows = run_json("report", sweep_in(tmp_path, PRESS).directory, cwd=tmp_path)["rows"]
     assert {row["bulk_modulus_MPa"] for row in rows} == {800.0, 1200.0}
     assert {row["labels"]["friction.velocity_threshold"] for row in rows} == {1e-3, 2e-3}
-
-
-def test_the_leakage_coefficient_has_one_unit_wherever_people_read_it(tmp_path):
-    file = written(
-        tmp_path,
-        own="name: own\nrecord: {duration: 2 s}\nstore: {signals: none}\n"
-        "sweep: {grid: {leakage.internal_coefficient: [1e-9, 2e-9]}}\n",
-    )
-    folder = sweep_in(tmp_path, file.read_text()).directory
-    for command in (
-        ("plan", file), ("check", file), ("simulate", file), ("report", folder, "--full"),
-        ("calibrate", file, "--flow", "0.1 L/min"), ("indicators", "weak_rls"),
-    ):  # fmt: skip
-        shown = run(*command, cwd=tmp_path, check=0).stdout
-        assert "m³/s/√Pa" in shown, command
-        assert "m^3.5" not in shown, command

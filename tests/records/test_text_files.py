@@ -267,13 +267,6 @@ def test_other_times_are_refused_with_a_remedy(tmp_path, text, place):
         plain(tmp_path, text)
 
 
-def test_arrays_may_hold_dates(tmp_path):
-    time = np.datetime64("2026-01-31T12:00:00", "ns") + np.arange(6) * np.timedelta64(12_500, "ns")
-    np.savez(tmp_path / "run.npz", **{"time": time, "P1 [bar]": np.arange(6.0)})
-    (batch,) = plain_source(tmp_path / "run.npz").batches()
-    assert batch.sampling_frequency == 80_000.0
-
-
 NOON = 1769860800.0
 """2026-01-31T12:00Z since 1970 [s]."""
 

@@ -195,15 +195,6 @@ def measured(tmp_path_factory):
     return sweep_in(tmp_path_factory.mktemp("one"), SWEEP)
 
 
-def test_sweep_has_the_same_bits_in_other_order_with_more_workers(measured, tmp_path):
-    turned = SWEEP.replace("[0, 1e-8]", "[1e-8, 2e-9, 0]").replace("seed: [0, 1]", "seed: [1, 0]")
-    other = signals_of(sweep_in(tmp_path, turned, "--engine", "local", "--workers", "2"))
-    for name, rows in signals_of(measured).items():
-        assert len(rows) == 4
-        for run_id, row in rows.items():
-            np.testing.assert_array_equal(row, other[name][run_id], err_msg=name)
-
-
 def test_simulate_gives_the_bits_of_the_sweep(measured, tmp_path):
     alone = ("leakage.internal_coefficient=1e-8", "measurement.seed=1")
     settings = [part for setting in alone for part in ("--set", setting)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import integrate, signal
+from scipy import integrate
 
 from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.execution import Job, compute_columns
@@ -10,7 +10,7 @@ from hydrofdi.sensing import filtered_noise_autocovariance, gaussian_noise, nois
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import detail_rms, noise_rms
 
-DENSITY, CORNER, SAMPLING = 20.0, 100.0, 500.0
+DENSITY, CORNER = 20.0, 100.0
 
 
 def run_with(*settings):
@@ -31,32 +31,6 @@ def test_autocovariance_is_the_transform_of_what_the_filter_lets_through(order, 
     expected, _ = integrate.quad(spectrum, 0.0, 200 * CORNER, limit=2000, **more)
     found = filtered_noise_autocovariance(DENSITY, CORNER, order, delay)
     assert found == pytest.approx(expected, abs=1e-5 * DENSITY**2 * CORNER)
-
-
-@pytest.mark.parametrize("order", [2])
-def test_noise_is_as_if_drawn_at_a_high_rate_filtered_and_sampled(order):
-    """An oracle that filters white noise at 20 kHz with SciPy's Butterworth, over seeded repeats."""
-    rate, n_time, n_repeat, every = 20e3, 500, 200, 40
-    white = np.random.default_rng(8).standard_normal((n_repeat, every * (n_time + 100)))
-    filter_ = signal.butter(order, CORNER, fs=rate, output="sos")
-    drawn = signal.sosfilt(filter_, DENSITY * np.sqrt(rate / 2.0) * white, axis=1)[:, 100 * every :: every]
-    autocovariance = autocovariance_of(
-        f"pressure_1_sensor.noise_density={DENSITY}",
-        f"measurement={{anti_alias: {CORNER}, anti_alias_order: {order}}}",
-    )
-    ours = np.array(
-        [gaussian_noise(autocovariance, n_time, np.random.default_rng(k)) for k in range(n_repeat)]
-    )
-    for distance in range(6):
-        theory = autocovariance[distance]
-        found = [
-            np.mean(noise[:, distance:] * noise[:, : n_time - distance], axis=1) for noise in (ours, drawn)
-        ]
-        for repeats in found:
-            assert (
-                abs(np.mean(repeats) - theory)
-                < 4.0 * np.std(repeats) / np.sqrt(n_repeat) + 2e-3 * autocovariance[0]
-            )
 
 
 def test_noise_is_stationary_from_the_first_sample_on():

@@ -20,7 +20,6 @@ from hydrofdi.errors import StoreError
 from hydrofdi.report.composition import Report
 from hydrofdi.report.runs import run_table
 from hydrofdi.store.experiment_file import read_experiment
-from hydrofdi.store.folder import experiment_lock
 from hydrofdi.store.layout import names
 from hydrofdi.store.shards import read_index
 from tests.commands import run, run_json
@@ -85,30 +84,6 @@ def test_flipped_bytes_are_read_or_reported_as_damage(small_sweep, tmp_path):
         path.write_bytes(broken)
         with contextlib.suppress(StoreError):
             assert read_experiment(path).n_run == 4
-
-
-def test_the_report_of_a_damaged_file_is_one_line_and_exit_code_2(hydrofdi, small_sweep, tmp_path):
-    path = tmp_path / "results" / "broken" / "broken.h5"
-    path.parent.mkdir(parents=True)
-    path.write_bytes(small_sweep.file.read_bytes()[:5000])
-    for arguments in ([], [path.parent], [path]):
-        result = hydrofdi("report", *arguments)
-        assert (result.returncode, result.stdout) == (2, "")
-        (line,) = result.stderr.splitlines()
-        assert "broken.h5: " in line
-
-
-def test_nothing_is_collected_beside_a_running_sweep(hydrofdi, small_sweep, tmp_path):
-    shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
-    directory = tmp_path / "results" / "small"
-    (directory / "small.h5").unlink()
-    with experiment_lock(directory, print):
-        refused = hydrofdi("collect", directory)
-        assert refused.returncode == 2
-        assert "another sweep is at work" in refused.stderr
-        assert not (directory / "small.h5").exists()
-    assert hydrofdi("collect", directory).returncode == 0
-    assert (directory / "small.h5").exists()
 
 
 @pytest.mark.parametrize(

@@ -142,6 +142,14 @@ def test_a_record_of_which_nothing_is_known_is_not_ok(machine):
     assert "chamber 1" in table["reasons"][0] or "chamber 2" in table["reasons"][0]
 
 
+def test_few_records_stand_beside_each_other_with_the_answer_first(machine):
+    lines = run("measure", "healthy.yaml", "leaking.yaml", "--indicators", "flow_balance").stdout.splitlines()
+    assert lines[0].split() == ["number", "healthy.csv", "leaking.csv"]
+    named = [line.split()[0] for line in lines if line.startswith("flow_balance.")]
+    assert named[0] == "flow_balance.leakage"
+    assert not any(name.endswith("_error") for name in named)
+
+
 def test_records_of_two_machines_are_not_measured_together(machine):
     describe("other", "leaking", piston_area="30 cm²")
     with pytest.raises(ConfigError, match="flow_balance"):

@@ -109,6 +109,7 @@ def table():
         title="Records",
         row="record",
         notes=("a note",),
+        breaks=(1,),
     )
 
 
@@ -134,6 +135,8 @@ def test_people_read_headings_and_texts_and_not_the_arrays(table):
     lines = table.to_markdown().splitlines()
     assert [line.replace(r"\|", "").count("|") for line in lines] == [4] * 4
     assert "**3**" in lines[2]
+    shown = [*table.lines(80)]
+    assert shown[next(n for n, line in enumerate(shown) if "c*" in line) - 1] == ""
     assert r"c\*" in lines[3]
     shown = Table((Column("name", ["<script>"]),)).to_html()
     assert "&lt;script&gt;" in shown

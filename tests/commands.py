@@ -5,6 +5,8 @@ import json
 import os
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -65,3 +67,12 @@ def run(*arguments: str | Path, check: int | None = None, **options: Any) -> Com
 def run_json(*arguments: str | Path, check: int = 0, **options: Any) -> Any:
     """The JSON that a command prints."""
     return json.loads(run(*arguments, "--json", check=check, **options).stdout)
+
+
+def wait_until(holds: Callable[[], Any], process: subprocess.Popen[str] | None = None) -> None:
+    """Wait two minutes at most, as long as a process lives."""
+    end = time.monotonic() + 120.0
+    while not holds():
+        assert process is None or process.poll() is None, "it ended"
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)

@@ -10,7 +10,6 @@ import subprocess
 import sys
 import termios
 import threading
-import time
 from fcntl import ioctl
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.opening import open_stream
-from tests.commands import COMMAND, run, run_json, run_process
+from tests.commands import COMMAND, run, run_json, run_process, wait_until
 from tests.monitor.machines import ONSET
 
 WITHOUT = """
@@ -52,14 +51,6 @@ def events(text):
 def start(*arguments, **options):
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.Popen([*COMMAND, "monitor", *map(str, arguments)], text=True, **pipes | options)
-
-
-def wait_until(is_so, process=None):
-    end = time.monotonic() + PATIENCE
-    while not is_so():
-        assert process is None or process.poll() is None, "it ended"
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.05)
 
 
 def test_a_leak_that_sets_in_raises_an_alarm_within_two_windows(machine):

@@ -25,7 +25,7 @@ from hydrofdi.monitor.mqtt import Message, payload_of
 from hydrofdi.monitor.store import StateStore
 from hydrofdi.monitor.topics import TopicSource
 from hydrofdi.monitor.window_log import WindowLog
-from tests.commands import COMMAND
+from tests.commands import COMMAND, wait_until
 from tests.monitor.brokers import needs_mosquitto
 from tests.monitor.fleets import (
     N_WINDOW,
@@ -40,7 +40,6 @@ from tests.monitor.fleets import (
     write_fleet,
 )
 from tests.monitor.streams import P1, Killed, part
-from tests.monitor.test_mqtt import wait_for
 
 MACHINES = made(5)
 BLOCKS = blocks_of(MACHINES)
@@ -86,7 +85,7 @@ def fleet(broker, tmp_path):
 
 def known(path, **options):
     life = Life(path, **options)
-    wait_for(lambda: life.has_said("connected") or life.failure)
+    wait_until(lambda: life.has_said("connected") or life.failure)
     life.end()
 
 
@@ -123,7 +122,7 @@ def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(
                     publish(*block)
                 life.join(0.05)
             if is_last:
-                wait_for(lambda: is_done(log))
+                wait_until(lambda: is_done(log))
             life.end()
             if is_last:
                 break
@@ -147,11 +146,11 @@ def test_a_broker_that_starts_again_changes_no_window(broker, fleet, tmp_path):
     log = tmp_path / "fleet.jsonl"
     life = Life(fleet)
     send(broker, BLOCKS[:200])
-    wait_for(lambda: n_window(logged(log)) >= 5)
+    wait_until(lambda: n_window(logged(log)) >= 5)
     broker.stop()
     broker.start()
     send(broker, BLOCKS[200:])
-    wait_for(lambda: is_done(log))
+    wait_until(lambda: is_done(log))
     life.end()
     assert logged(log) == expected(MACHINES, is_over=False)
 
@@ -169,8 +168,8 @@ def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, fleet, tmp
     monkeypatch.setattr(topics.Topics, "acknowledge", noted)
     life = Life(fleet)
     send(broker, [("halted", payload_of(part(MACHINES["m0"], 0, 100))), *BLOCKS])
-    wait_for(lambda: is_done(log))
-    wait_for(lambda: broker.log.count("Received PUBACK from hydrofdi") == len(BLOCKS) + 1)
+    wait_until(lambda: is_done(log))
+    wait_until(lambda: broker.log.count("Received PUBACK from hydrofdi") == len(BLOCKS) + 1)
     life.end()
     assert logged(log) == expected(MACHINES, is_over=False)
     assert max(depths) <= 40
@@ -183,11 +182,11 @@ def test_when_no_message_comes_the_broker_keeps_none(broker, fleet, tmp_path):
     life = Life(fleet)
     for number in (1, 5):  # the first ones are stored with the event of the start
         send(broker, blocks[:1] if number == 1 else blocks[1:5])
-        wait_for(lambda number=number: broker.log.count("Received PUBACK from hydrofdi") == number)
+        wait_until(lambda number=number: broker.log.count("Received PUBACK from hydrofdi") == number)
     life.end()
     life = Life(fleet)
     send(broker, blocks[5:])
-    wait_for(lambda: n_window(logged(log)) == N_WINDOW)
+    wait_until(lambda: n_window(logged(log)) == N_WINDOW)
     life.end()
     assert logged(log) == expected({"m0": MACHINES["m0"]}, is_over=False)
 
@@ -201,9 +200,9 @@ def test_machines_come_and_go(broker, fleet, tmp_path):
     blocks = blocks_of(machine)
     life = Life(fleet)
     send(broker, blocks[:55])
-    wait_for(lambda: any(line["machine"] and line.get("event") == "stopped" for line in life.lines))
+    wait_until(lambda: any(line["machine"] and line.get("event") == "stopped" for line in life.lines))
     send(broker, blocks[55:])
-    wait_for(lambda: n_window(logged(log)) == N_WINDOW)
+    wait_until(lambda: n_window(logged(log)) == N_WINDOW)
     life.end()
     assert logged(log) == expected(machine, is_over=False)
     said = [line["event"] for line in life.lines if line["machine"] == "m1" and "event" in line]
@@ -256,9 +255,9 @@ def test_a_fleet_that_falls_behind_says_so_with_the_age_of_the_samples(broker, f
 
     life = Life(fleet, metrics="127.0.0.1:0")
     send(broker, sent(500.0, ["m0"]))
-    wait_for(lambda: ages(life, is_end=False))
+    wait_until(lambda: ages(life, is_end=False))
     send(broker, sent(-60.0, ["m0"]))
-    wait_for(lambda: ages(life, is_end=True))
+    wait_until(lambda: ages(life, is_end=True))
     (url,) = (line["text"].split()[-1] for line in life.lines if "metrics are served" in line.get("text", ""))
     with urllib.request.urlopen(url, timeout=30) as answer:
         families = text_string_to_metric_families(answer.read().decode())
@@ -266,7 +265,7 @@ def test_a_fleet_that_falls_behind_says_so_with_the_age_of_the_samples(broker, f
     assert sample.labels == {"machine": ""}
     assert sample.value < 10.0
     send(broker, sent(300.0, ["m1"]))
-    wait_for(lambda: len(ages(life, is_end=False)) == 2)
+    wait_until(lambda: len(ages(life, is_end=False)) == 2)
     life.end()
     assert [ages(life, is_end=False)[0], ages(life, is_end=True)[0]] == pytest.approx([500.0] * 2, abs=60.0)
     assert len(ages(life, is_end=True)) == 2
@@ -300,7 +299,7 @@ def test_sigkill_fifty_times_changes_no_window_of_three_processes(broker, fleet,
             lives[k].wait()
             start(k)
         logs = [tmp_path / f"{k}.jsonl" for k in parts]
-        wait_for(lambda: sum(n_window(logged(log)) for log in logs) >= 20 * 30, timeout=120.0)
+        wait_until(lambda: sum(n_window(logged(log)) for log in logs) >= 20 * 30)
         for life in lives.values():
             life.send_signal(signal.SIGTERM)
             assert life.wait(60) == 0, (tmp_path / "errors").read_text()

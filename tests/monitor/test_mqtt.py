@@ -27,7 +27,7 @@ from hydrofdi.monitor.topics import Topics, TopicSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
-from tests.commands import COMMAND
+from tests.commands import COMMAND, wait_until
 from tests.commands import run as run_command
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.machines import make_machine
@@ -97,7 +97,7 @@ def client_at(broker, client_id=""):
     wishes.SessionExpiryInterval = 600 if client_id else 0
     client.connect("127.0.0.1", broker.port, clean_start=not client_id, properties=wishes)
     client.loop_start()
-    wait_for(client.is_connected)
+    wait_until(client.is_connected)
     return client
 
 
@@ -105,13 +105,6 @@ def published(client, topic, payload, qos=1, retain=False):
     info = client.publish(topic, payload, qos, retain)
     info.wait_for_publish(30.0)
     assert info.is_published()
-
-
-def wait_for(condition, timeout=30.0):
-    end = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < end, "nothing happened"
-        time.sleep(0.01)
 
 
 @contextmanager
@@ -209,7 +202,7 @@ def test_a_slow_monitor_holds_the_network_up_and_loses_nothing(broker, closing, 
     sent(closing(publisher_at(broker.address())), blocks)
     n_waiting, readings = [], []
     while not through(*blocks)(readings):
-        wait_for(lambda: source.inbox._items)
+        wait_until(lambda: source.inbox._items)
         n_waiting.append(len(source.inbox._items))
         readings.append(reading_of(source, 0.0))
         source.confirm()
@@ -266,9 +259,9 @@ def test_messages_that_wait_while_the_connection_breaks_come_once(broker, closin
     source = closing(source_at(broker.address()))
     connected(source)
     sent(closing(publisher_at(broker.address())), blocks)
-    wait_for(lambda: len(source.inbox._items) == 15)
+    wait_until(lambda: len(source.inbox._items) == 15)
     intruder = client_at(broker, source.client_id)
-    wait_for(lambda: "taken over" in broker.log or "already connected" in broker.log)
+    wait_until(lambda: "taken over" in broker.log or "already connected" in broker.log)
     intruder.disconnect()
     intruder.loop_stop()
     readings = until(source, lambda readings: len(events(readings, EventKind.CONNECTED)) == 1)
@@ -302,7 +295,7 @@ def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing)
     np.testing.assert_array_equal(times(readings)[np.isfinite(times(readings))], block.time)
     assert len(unread(readings)) == 5
     source.close()
-    wait_for(lambda: f"{source.client_id} disconnected" in broker.log)
+    wait_until(lambda: f"{source.client_id} disconnected" in broker.log)
     again = closing(source_at(broker.address(), largest=10_000))
     published(client, TOPIC, payload_of(blocks_of(2)[1]))
     readings = until(again, through(blocks_of(2)[1]))
@@ -325,7 +318,7 @@ class Listener:
         self._client.on_message = lambda _, __, message: self.messages.append(message)
         self._client.on_subscribe = lambda *_: self.messages.append(None)
         self._client.subscribe(topic, qos=1)
-        wait_for(lambda: None in self.messages)
+        wait_until(lambda: None in self.messages)
 
     def payloads(self, topic=TOPIC_LINES):
         return [each.payload for each in self.messages if each and each.topic == topic]
@@ -353,7 +346,7 @@ def lines_until(sink, kind, lines=()):
         said.extend(said_by(sink, []))
         return kind in [each.kind for each in said]
 
-    wait_for(has_said)
+    wait_until(has_said)
     return said
 
 
@@ -364,7 +357,7 @@ def test_events_are_sent_and_windows_on_request(broker, closing):
         sink = sink_at(broker, with_windows)
         said_by(sink, [WINDOW, ALARM, replace(ALARM, is_silent=True)])
         sink.close()
-        wait_for(lambda: listener.payloads(f"{TOPIC_LINES}/status")[-1:] == [b"offline"])
+        wait_until(lambda: listener.payloads(f"{TOPIC_LINES}/status")[-1:] == [b"offline"])
         records = [json.loads(payload) for payload in listener.payloads()]
         assert [record["line"] for record in records] == expected
         assert records[-1]["text"] == ALARM.text
@@ -405,7 +398,7 @@ def test_lines_come_in_order_over_a_broker_that_starts_again(broker, closing):
     def instants():
         return list(dict.fromkeys(json.loads(payload)["time"] for payload in listener.payloads()))
 
-    wait_for(lambda: 59.0 in instants())
+    wait_until(lambda: 59.0 in instants())
     assert instants() == [float(number) for number in range(60)]
 
 
@@ -422,10 +415,10 @@ def test_the_broker_says_when_a_monitor_is_killed(broker, closing):
     status = f"{TOPIC_LINES}/status"
     with killed([sys.executable, "-c", SENDER, broker.address(TOPIC_LINES)]):
         listener = closing(Listener(broker))
-        wait_for(lambda: listener.payloads(status) == [b"online"])
-    wait_for(lambda: listener.payloads(status) == [b"online", b"offline"])
+        wait_until(lambda: listener.payloads(status) == [b"online"])
+    wait_until(lambda: listener.payloads(status) == [b"online", b"offline"])
     late = closing(Listener(broker))
-    wait_for(lambda: late.payloads(status) == [b"offline"])
+    wait_until(lambda: late.payloads(status) == [b"offline"])
 
 
 def test_lines_that_the_broker_refuses_are_said(tmp_path, closing):
@@ -466,7 +459,7 @@ def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(gu
     with (folder / "output").open("ab") as output:
         for number in (5, machine.n_window):
             with killed(command, cwd=folder, stdout=output, stderr=output) as life:
-                wait_for(lambda number=number: len(windows(folder / "log")) >= number, timeout=120.0)
+                wait_until(lambda number=number: len(windows(folder / "log")) >= number)
                 arguments.append(Path(f"/proc/{life.pid}/cmdline").read_text())
     assert windows(folder / "log") == expected
     shown = [file.read_bytes() for file in folder.iterdir()] + [guarded.log.encode()]

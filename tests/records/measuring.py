@@ -52,7 +52,12 @@ def one(folder, description=USUAL, **texts):
 def plain(folder, text, sampling_frequency=None):
     """A batch of a file that no description is written of."""
     (folder / "run.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
-    (batch,) = plain_source(folder / "run.csv", sampling_frequency).batches()
+    return read(plain_source(folder / "run.csv", sampling_frequency))
+
+
+def read(source):
+    """The only batch of a source."""
+    (batch,) = source.batches()
     return batch
 
 

@@ -12,16 +12,11 @@ from hydrofdi.records.source import measured_source, plain_source, write_descrip
 from tests.conftest import REPOSITORY
 from tests.records.dialects import RATE, ROWS, TEXTS, TIME, TITLES, WITHOUT_UNITS, content, lines
 from tests.records.exports import table
-from tests.records.measuring import P1, P2, POSITION
+from tests.records.measuring import P1, P2, POSITION, read
 
 PLAIN = {"plain.csv", "sep_point.csv", "exponents.csv", "underscores.csv", "units_row.csv", "groups.csv",
          "time_of_day.csv", "date_and_time.csv", "basic.csv"}  # fmt: skip
 """Texts that need no description."""
-
-
-def read(source):
-    (batch,) = source.batches()
-    return batch
 
 
 def proposal(file):

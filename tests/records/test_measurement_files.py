@@ -11,7 +11,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records import opening
 from hydrofdi.records.source import measured_source, plain_source, write_description
 from tests.records.dialects import RATE, ROWS, TIME
-from tests.records.measuring import P1, P2, POSITION, VOLTAGE
+from tests.records.measuring import P1, P2, POSITION, VOLTAGE, read
 
 CHANNELS = {"P1": ("bar", 1e5, 1), "P2": ("bar", 1e5, 2), "x": ("mm", 1e-3, 3), "u": ("V", 1.0, 4)}
 """Name → unit, factor to SI, and column of `ROWS`."""
@@ -53,11 +53,6 @@ def tdms(file, slow=(), late=0.0):
 
 
 WRITERS = {"run.mf4": mdf, "run.tdms": tdms}
-
-
-def read(source):
-    (batch,) = source.batches()
-    return batch
 
 
 def require_right(batch, names=CHANNELS):

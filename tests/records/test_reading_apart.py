@@ -4,7 +4,6 @@ import io
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import h5py
@@ -15,6 +14,7 @@ import scipy.io
 
 from hydrofdi.records import opening
 from hydrofdi.records.columns import RejectionError
+from tests.commands import wait_until
 from tests.records.measuring import P1, USUAL, WRITERS, one
 
 BAR = np.array([100.0, 101.5, 99.25])
@@ -49,13 +49,6 @@ def has_ended(process):
         return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
     except psutil.NoSuchProcess:
         return True
-
-
-def wait_until(holds):
-    stop = time.monotonic() + 60
-    while not holds():
-        assert time.monotonic() < stop
-        time.sleep(0.01)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from hydrofdi.records import Channel
 from hydrofdi.records.source import measured_source, plain_source, write_description
 from hydrofdi.records.stuck import update_rate
 from hydrofdi.records.times import likely_unit
-from tests.records.measuring import P1, P2, POSITION, kinds
+from tests.records.measuring import P1, P2, POSITION, kinds, read
 
 N_TIME, RATE = 2_000, 500.0
 TIME = np.arange(N_TIME) / RATE
@@ -36,11 +36,6 @@ def written(folder, times, title="time [s]", columns=None, form="{:.6f}"):
     file = folder / "run.csv"
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return file
-
-
-def read(source):
-    (batch,) = source.batches()
-    return batch
 
 
 def proposed(file):

@@ -3,9 +3,7 @@
 import csv
 import io
 import json
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +22,7 @@ from hydrofdi.report.table import Table
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
+from tests.report.rows import check_golden
 
 FRICTION = """\
 name: friction
@@ -130,9 +129,6 @@ def test_numbers_and_changes_are_those_of_the_file(measured):
         assert np.isfinite(change)
 
 
-GOLDEN = Path(__file__).parent / "golden"
-
-
 def without_configuration(report):
     """A report less its configuration, which grows with every parameter that hydrofdi gains."""
     document = report.document()
@@ -149,14 +145,6 @@ def without_configuration(report):
 )
 def test_a_form_has_its_golden_text(made_up, suffix, render):
     check_golden(f"made_up.{suffix}", render(make_report(made_up)))
-
-
-def check_golden(name, text):
-    path = GOLDEN / name
-    if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
-        GOLDEN.mkdir(exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    assert text == path.read_text(encoding="utf-8")
 
 
 NUMBERS = st.lists(st.floats(-1e200, 1e200) | st.just(float("nan")), min_size=6, max_size=6)

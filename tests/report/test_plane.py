@@ -3,9 +3,7 @@
 import csv
 import io
 import json
-import os
 import shutil
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -18,8 +16,8 @@ from hydrofdi.errors import ReportError, UnknownNameError
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.store.layout.names import coordinate
 from tests.commands import run_hydrofdi
+from tests.report.rows import check_golden
 
-GOLDEN = Path(__file__).parent / "golden"
 AXES = ("--grid", "EBM=500MPa:900MPa:9", "--grid", "K_i=0:8e-9:9", "--name", "mine")
 SHORT = ("--set", "duration=4 s", "--engine", "in-process")
 
@@ -40,10 +38,7 @@ def results(folder):
 def test_a_grid_is_reported_as_a_matrix(folder, form, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     text = run_hydrofdi("report", "results/mine", "--format", form, cwd=folder).stdout
-    golden = GOLDEN / f"matrix.{form}"
-    if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
-        golden.write_text(text, encoding="utf-8")
-    assert text == golden.read_text(encoding="utf-8")
+    check_golden(f"matrix.{form}", text)
     assert form != "text" or len(text.splitlines()) <= 24
 
 

@@ -46,16 +46,6 @@ def test_an_array_gives_the_rows_of_the_command_on_a_file(trained, samples, tmp_
     assert repr(loaded).startswith("dwt.d2: alarm above ")
 
 
-def test_what_is_not_judged_says_why(trained, samples):
-    holed = samples.copy()
-    holed[100] = np.nan
-    table = hydrofdi.Detector.load(trained).judge(holed, sampling_frequency=FREQUENCY)
-    assert table["alarm"][0] is None
-    assert "missing" in table["reason"][0]
-    short = hydrofdi.Detector.load(trained).judge(samples[:100], sampling_frequency=FREQUENCY)
-    assert short["fault"].tolist() == ["short_record"]
-
-
 def test_a_stream_in_chunks_of_any_size_gives_the_lines_of_the_monitor(trained, samples, tmp_path):
     file = written(tmp_path / "rig.csv", samples)
     loaded, lines = hydrofdi.Detector.load(trained), []

@@ -24,14 +24,6 @@ socket.socket = Blocked
 """
 
 
-def test_results_go_where_out_says(hydrofdi, experiment_file, tmp_path):
-    config = experiment_file("record: {duration: 2 s}\nstore: {signals: none}\n")
-    result = hydrofdi("sweep", config, "--out", "else/where", "--engine", "in-process", "--json")
-    assert json.loads(result.stdout)["file"] == "else/where/nominal.h5"
-    assert (tmp_path / "else" / "where" / "nominal.h5").exists()
-    assert not (tmp_path / "results").exists()
-
-
 def test_options_are_a_sweep_and_the_file_that_they_write_is_the_same(hydrofdi, tmp_path):
     short = ("--set", "duration=2 s", "--set", "store.signals=none", "--engine", "in-process")
     axes = ("--grid", "EBM=551MPa:827MPa:3", "--grid", "K_i=0,1e-8", "--name", "mine")

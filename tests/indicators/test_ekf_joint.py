@@ -14,18 +14,7 @@ from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
 from hydrofdi.indicators.models.ukf_joint import UkfJoint, UnscentedOptions
 from hydrofdi.indicators.selection import load_indicators
 from hydrofdi.records import Channel
-from indicators.signals import (
-    P1,
-    P2,
-    XV,
-    U,
-    X,
-    assert_rows_stand_alone,
-    assert_streams_alike,
-    measured,
-    noisy,
-    simulated,
-)
+from indicators.signals import P1, P2, XV, U, X, assert_streams_alike, measured, noisy, simulated
 from tests.machines import RIG, settings_of
 
 PS = Channel.SUPPLY_PRESSURE
@@ -67,11 +56,6 @@ def test_a_stream_of_a_moving_actuator_gives_the_estimates_of_the_record(runs, p
     (ekf,) = make_indicators({kind[0]: {"spool": kind[1]}}).values()
     assert_streams_alike(ekf, runs, places)
     assert all(np.isfinite(values[:, 1:]).all() for values in ekf.trace(runs).values.values())
-
-
-@pytest.mark.parametrize("name", ["ekf_joint", "ekf_innovation"])
-def test_a_moving_record_stands_alone(runs, name):
-    assert_rows_stand_alone(runs, name)
 
 
 @pytest.mark.parametrize("motion", ["open_loop", "closed_loop"])

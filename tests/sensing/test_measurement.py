@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hydrofdi import execution, sensing
-from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment, request
+from hydrofdi.config import RunParameters, RunSpec, load_experiment, request
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
@@ -150,13 +150,6 @@ def test_a_run_that_failed_does_not_disturb_its_neighbours(varied):
 def test_mistake_is_reported(setting, key):
     with pytest.raises(ConfigError, match=key):
         load_experiment(None, [setting])
-
-
-def test_impossible_point_of_a_sweep_is_reported_with_its_values():
-    settings = ["sweep.grid.record.sampling_frequency=[500, 1000]", "measurement.jitter=0.4 ms"]
-    experiment = load_experiment(None, [*settings, "store.signals=none"])
-    with pytest.raises(ConfigError, match=r"sampling_frequency = 1000 Hz.*measurement.jitter"):
-        expand_runs(experiment)
 
 
 def test_quantities_have_the_unit_of_their_channel():

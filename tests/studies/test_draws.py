@@ -59,14 +59,6 @@ def test_a_larger_population_begins_with_the_draws_of_a_smaller_one(method):
         assert few.tolist() == many[:150].tolist()
 
 
-def test_a_latin_hypercube_of_another_size_has_other_actuators():
-    small, large = (
-        expanded("study.population.method=lhs", f"study.healthy.test={count}") for count in (150, 400)
-    )
-    few, many = (drawn(table, Kind.HEALTHY, MODULUS) for table in (small, large))
-    assert not set(few) & set(many)
-
-
 def test_what_is_added_to_a_study_leaves_its_other_draws_alone():
     plain = expanded()
     more = expanded(

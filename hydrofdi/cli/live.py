@@ -91,7 +91,7 @@ def detect(
 ) -> int:
     """Judge records with a trained detector, window by window, as 'hydrofdi monitor' does.
 
-    Exit code 1 if no window of a record could be judged, and on an alarm with --fail-on-alarm.
+    Exit code 1 if a record has no window that is judged or novel, and on an alarm with --fail-on-alarm.
     """
     from hydrofdi.api.detectors.windows import csv_lines, json_parts
     from hydrofdi.report.answer import Reply

@@ -63,7 +63,8 @@ def run(block: Block, folder: Path, timeout: float = 900.0) -> str:
     done = subprocess.run(
         [*PROGRAMS[block.language], block.text],
         cwd=folder,
-        env=os.environ | {"PATH": path, "COLUMNS": "80", "MPLBACKEND": "agg"},
+        env={name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+        | {"PATH": path, "COLUMNS": "80", "MPLBACKEND": "agg"},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         encoding="utf-8",

@@ -96,7 +96,7 @@ class DetectorConfig(Promise):
     """Options of the indicator."""
 
     output: str = ""
-    """Output that is the score; by default the first one that is a score."""
+    """Output that is the score; by default both flows of a balance, else the first one that is a score."""
 
     direction: Direction | None = None
     """Direction of change that raises an alarm; by default that of the output."""

@@ -29,13 +29,13 @@ def main() -> None:
 
 
 def _make_streams_sound() -> None:
-    """Closed streams lead nowhere; open ones write in order, and escape what their encoding lacks."""
+    """A closed standard stream leads nowhere; what the encoding of an open one lacks is written escaped."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         stream: Any = getattr(sys, name)
         if stream is None:  # opened in this order, so that no other file gets its number
             setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115
         elif mode == "w":
-            stream.reconfigure(errors="backslashreplace", line_buffering=True)
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _end_quietly_while_loading() -> None:

@@ -16,6 +16,7 @@ from typing import Any
 
 def tell(*messages: str) -> None:
     """Print messages on standard error, a line each; a terminal shows long ones broken at blanks."""
+    sys.stdout.flush()  # both may go into one pipe
     for message in messages:
         for line in message.split("\n"):
             print(_broken(line) if sys.stderr.isatty() else line, file=sys.stderr)

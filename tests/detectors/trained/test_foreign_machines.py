@@ -29,6 +29,7 @@ def test_an_alarm_on_a_gap_or_a_score_states_its_mean_flow(gap, machine, flows):
     detector = gap if machine == "gap" else own(machine, rate="5 %", spool="command")
     told, truth = detector.judge(FOREIGN / f"{machine}_test.yaml"), np.repeat(flows, 2) / 6e4
     assert all(told["alarm"])
+    assert all(("gap" if machine == "gap" else "score") in cause for cause in told["cause"])
     flow, low, high = (np.array(told[name], dtype=float) for name in ("leak", "leak_low", "leak_high"))
     assert np.quantile(flow / truth, 0.1) > 0.7
     assert np.quantile(flow / truth, 0.9) < 1.4

@@ -282,7 +282,9 @@ def test_other_healthy_machines_alarm_as_often_as_promised(folder, promise_train
 
 def test_a_leak_is_found(folder, promise_trained):
     faults = "faults: {leakage.internal_flow: [2 L/min], each: 10, fit: 0, severity: level}"
-    found = summary(promise_trained, population(folder, "leak", 5, 1, study=faults))
+    told = Detector.load(promise_trained).judge(population(folder, "leak", 5, 1, study=faults))
+    assert sum(cause.endswith("hole or score") for cause in told["cause"]) > 0.7 * sum(told["alarm"])
+    found = summary(promise_trained, folder / "leak.yaml")
     assert found["alarm_share"] > 0.7
     assert "novel" not in found["not_judged"]
 

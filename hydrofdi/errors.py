@@ -139,10 +139,6 @@ def interruption(on_request: Callable[[], None], at_once: Collection[int] = ()) 
             signal.signal(number, handler)
 
 
-class IndicatorWarning(UserWarning):
-    """An indicator of another package cannot be used."""
-
-
 class ShadowedNameWarning(UserWarning):
     """A file or folder of the user has the name of a ready configuration, and is used."""
 

@@ -25,7 +25,7 @@ from hydrofdi.settings.messages import similar
 _MOST_OF_PATH = 60
 """Number of characters that are shown of a name that is too long."""
 
-_TOLD = (errors.IndicatorWarning, errors.ShadowedNameWarning)
+_TOLD = (errors.ShadowedNameWarning,)
 """Warnings that are for users."""
 
 DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from hydrofdi.errors import ConfigError, IndicatorWarning, Issue
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
-from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
+from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
 from hydrofdi.records import RecordSource
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.ready import located
@@ -51,10 +50,8 @@ def label_mistake(label: object, of: str = "an indicator") -> str | None:
 
 def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
     """Label → options, for any form of choice; mistakes are collected in `source`."""
-    for shadow in shadows():
-        warnings.warn(shadow, IndicatorWarning, stacklevel=2)
     if isinstance(chosen, str) and chosen.strip() == "all":
-        return {name: {} for name in _loadable_names()}
+        return {name: {} for name in indicator_names()}
     given = [name.strip() for name in chosen.split(",")] if isinstance(chosen, str) else chosen
     is_unnamed = isinstance(chosen, str) and "" in given
     if not isinstance(given, Mapping | Sequence) or not given or is_unnamed:
@@ -80,18 +77,6 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
             form = "'indicators: {dwt: {}, mine: {kind: dwt, levels: 3}}'"
             message = f"a list contains names, each once, not {name!r}; with options or labels, write {form}"
             source.report((*within, place), message)
-    return names
-
-
-def _loadable_names() -> list[str]:
-    """Names of all indicators that can be loaded; warn about the others."""
-    names = []
-    for name in indicator_names():
-        try:
-            sound_indicator(name)
-            names.append(name)
-        except ConfigError as error:
-            warnings.warn(f"{error}; the indicator is omitted", IndicatorWarning, stacklevel=3)
     return names
 
 

@@ -70,7 +70,7 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
             "unit": feature.described.unit,
             "channels": channels,
             "sampling_frequency": FREQUENCY,
-            "n_sample": 0 if config.window.by == "estimate" else 1000,
+            "n_sample": 1000,
             "basis": Basis(
                 sources=("made",), n_record=99, n_window=99, n_group=0, populations={}, not_judged={}
             ),

@@ -141,7 +141,7 @@ def test_columns_in_degrees_celsius_are_read_by_files_and_streams(tmp_path):
     assert "oil temperature is 80.0 °C" in done.stdout
 
 
-def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
+def test_the_estimates_and_the_temperature_are_covered(tmp_path):
     run_hydrofdi("simulate", "--out", "sound.h5", "--set", "record.duration=24 s",
                  "--set", "pressure_1_sensor.noise=20 kPa", "--set", "leakage.internal_flow=50 mL/min",
                  cwd=tmp_path)  # fmt: skip
@@ -152,7 +152,7 @@ def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
     channels["oil_temperature"] = np.full(columns.shape[1], 310.0)
     frequency = round(1.0 / np.diff(named["time"][:2]).item())
     config = {"indicator": "weak_rls", "options": {"spool": "command", "supply": "sum"},
-              "window": {"by": "estimate"}, "false_alarm_rate": 0.05}  # fmt: skip
+              "window": {"duration": 2.5}, "false_alarm_rate": 0.2}  # fmt: skip
     detector = hydrofdi.train(channels, config=config, sampling_frequency=frequency)
     assert set(detector.file.conditions) == {
         "oil_temperature", "weak_rls.bulk_modulus", "weak_rls.supply_pressure",
@@ -166,10 +166,9 @@ def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
     assert 0.0 < allowing.file.limits.allowance < 0.6 * allowing.file.healthy.centre
     assert allowing.limits[1] == pytest.approx(exact.limits[1] + allowing.file.limits.allowance)
     assert exact.file.limits.allowance == 0.0
-    by_time = config | {"window": {"duration": 2.5}, "false_alarm_rate": 0.2}
     with pytest.raises(NotStatedError, match=r"no healthy record has weak_rls\.leakage"):
-        hydrofdi.train(channels, config=by_time | {"window": {"duration": 0.2}}, sampling_frequency=frequency)
-    summary = hydrofdi.train(channels, config=by_time, sampling_frequency=frequency).summary
+        hydrofdi.train(channels, config=config | {"window": {"duration": 0.2}}, sampling_frequency=frequency)
+    summary = hydrofdi.train(channels, config=config, sampling_frequency=frequency).summary
     assert "Warning: weak_rls: not given" in summary  # the temperature assumes no actuator
     channels["oil_temperature"] = np.full(columns.shape[1], 350.0)
     told = detector.judge(channels, sampling_frequency=frequency)

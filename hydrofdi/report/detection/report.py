@@ -131,7 +131,6 @@ class DetectionReport:
             "estimates": estimate_records(self.estimates),
             "run_lengths": run_lengths.run_length_records(self.detections),
             "studies": [record.study_record(each) for each in self.detections],
-            "designs": record.design_records(self.detections),
         }
 
     def wide(self) -> dict[str, list[Any]]:

@@ -1,4 +1,4 @@
-"""Figures 2 to 4, spectra and the hydraulic mode of a scenario; what the conclusions depend on.
+"""Figures 2 to 4 and spectra of a scenario; what the conclusions depend on.
 
 That is, margins over the start phases, and shares over the scenarios.
 """
@@ -22,7 +22,6 @@ from hydrofdi.report.figures.style import (
     BLUE,
     GREEN,
     INK,
-    MARKERS,
     ORANGE,
     RULE,
     log_axis,
@@ -32,13 +31,10 @@ from hydrofdi.report.figures.style import (
 )
 from hydrofdi.report.runs import ROUNDING
 from hydrofdi.report.table import FigureKind
-from hydrofdi.report.wording import kilopascal, litres_per_minute, mode_name, modulus_text, shown_modulus
+from hydrofdi.report.wording import kilopascal, mode_name, modulus_text
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients
-
-_NAMED = 14
-"""EBM that have room side by side."""
 
 
 def _position(study: StudyData, leakage: int, bulk_modulus: int) -> int:
@@ -147,53 +143,6 @@ def _draw_leakage(axis: Any, study: StudyData, leakage: int) -> bool:
         ylabel="PSD of $P_1$ [kPa²/Hz]",
     )
     return has_spectrum
-
-
-def draw_mode_plane(study: StudyData) -> Figure:
-    """The hydraulic mode of every run, linearised at its median working point."""
-    grid, columns = study.grid, study.data.columns
-    positions = grid.positions[0]
-    frequency, damping = (
-        np.where(positions == ABSENT, np.nan, columns[name][positions])
-        for name in (names.MODE_FREQUENCY, names.MODE_DAMPING_RATIO)
-    )
-    if np.isnan(frequency).all():
-        raise ReportError("no run succeeded")
-    figure = Figure(figsize=(7.4, 4.2), layout="constrained")
-    axis = figure.subplots()
-    axis.plot(frequency, damping, color=RULE, linewidth=1.2, zorder=1)
-    for row in range(len(positions)):
-        style, flow = series(row, len(positions)), _flow(study, row)
-        axis.plot(
-            frequency[row], damping[row], **style, linewidth=0.9, marker=MARKERS[row % len(MARKERS)],
-            markerfacecolor=style["color"] if row else "none",
-            label=f"{litres_per_minute(flow)} L/min" if flow else "sealed",
-        )  # fmt: skip
-    _name_bulk_moduli(axis, study, frequency, damping)
-    low, high = np.nanmin(frequency), np.nanmax(frequency)
-    for level, (_, border) in enumerate(study.table.bands, 1):
-        if low * 0.9 < border < high * 1.1 and level > 1:
-            axis.axvline(border, color=INK, linewidth=0.8, linestyle=":")
-            axis.text(
-                border, 1.01, f" $d_{level}$ | $d_{level - 1}$ ", transform=axis.get_xaxis_transform(),
-                ha="center", va="bottom", color=INK,
-            )  # fmt: skip
-    axis.set(xlabel="frequency of the hydraulic mode $f_h$ [Hz]", ylabel="hydraulic damping ζ [–]")
-    title = f"leakage; numbers: EBM [{shown_modulus().unit}]"
-    axis.legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return figure
-
-
-def _name_bulk_moduli(axis: Any, study: StudyData, frequency: Any, damping: Any) -> None:
-    apart, last = np.ptp(frequency[np.isfinite(frequency)]) / _NAMED, -np.inf
-    for column, beta in enumerate(study.grid.bulk_moduli):
-        known = ~np.isnan(damping[:, column])
-        if known.any() and frequency[known, column][0] >= last + apart:
-            last = frequency[known, column][0]
-            at = (last, damping[known, column].max())
-            text = shown_modulus().text(beta)
-            axis.annotate(text, at, (0, 8), textcoords="offset points", ha="center", fontsize=8)
-    axis.margins(0.12, 0.15)
 
 
 _SENTENCES = {claim.id: fill(f"{claim.id}: {claim.sentence}", 38) for claim in CLAIMS}
@@ -329,7 +278,6 @@ def study_figures(study: StudyData) -> dict[str, FigureKind]:
         "figure3": ("Figure 3: d2 of P_1 over the EBM, small leakage", partial(draw_details, level=2)),
         "figure4": ("Figure 4: d3 of P_1 over the EBM, small leakage", partial(draw_details, level=3)),
         "spectrum": ("Spectrum of P_1 with the bands of the levels and the hydraulic mode", draw_spectrum),
-        "mode_plane": ("The hydraulic mode: EBM moves its frequency, leakage its damping", draw_mode_plane),
         "phases": ("Claims and the sealed alarm at every start phase, and settled", draw_phases),
         "scenarios": ("Scenarios that reproduce the claims, and the values that carry it", draw_scenarios),
     }

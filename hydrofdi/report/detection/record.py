@@ -186,8 +186,8 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     rows = [_columns(detection) for detection in detections]
     columns = [Column("Design", [_label(detections, each) for each in detections], is_text=True)]
     for name in [*dict.fromkeys(name for row in rows for name in row)][:_MOST]:
-        found = (each and each.smallest.get("q90_95") for each in (row.get(name) for row in rows))
-        columns.append(Column(name, [unit.found(each) for each in found]))
+        found = [each.smallest.get("q90_95") if (each := row.get(name)) else None for row in rows]
+        columns.append(Column(name, [*map(unit.found, found)]))
     table = Table(tuple(columns), title, "designs", breaks=(1,))
     return Block("designs", "Comparison of designs", (sentence,), (table,))
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from hydrofdi.report.detection.wording import answers, severity_unit
-from hydrofdi.report.figures.detection.curves import draw_det, draw_pod, draw_roc
+from hydrofdi.report.figures.detection.curves import draw_pod, draw_roc
 from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms
 from hydrofdi.report.figures.detection.ranking import draw_answer, draw_delays, draw_ranking
 from hydrofdi.report.table import FigureKind
@@ -21,7 +21,6 @@ _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
         " its bound (dashed), which reaches {share} at q90/95; dotted: the false-alarm rate of the threshold",
     ),
     "roc": (draw_roc, "Detections against false alarms over all thresholds; dots: the threshold in use"),
-    "det": (draw_det, "Misses against false alarms over all thresholds, for each tested {quantity}"),
     "false_alarms": (
         draw_false_alarms,
         "Alarms of records whose seal is sound, with {confidence} intervals; open: too few records",

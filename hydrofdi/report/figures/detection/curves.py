@@ -1,4 +1,4 @@
-"""Probability of detection over the severity; ROC and DET curves on normal-deviate axes."""
+"""Probability of detection over the severity; ROC curves on normal-deviate axes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.pod import PodCurve, lower_bound
+from hydrofdi.evaluation.pod import lower_bound
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
@@ -20,14 +20,13 @@ from hydrofdi.report.figures.style import (
     legend_outside,
     log_axis,
     normal_deviate_axis,
-    ordered_color,
     panels,
 )
 from hydrofdi.studies.judging import reference_of
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.records import Detection, Judgement
 
-_MOST_LINES, _MOST_PANELS, _MOST_LEVELS = 6, 6, 8
+_MOST_LINES = 6
 
 _LEAST = 0.001
 """Smallest rate on the axes."""
@@ -41,7 +40,9 @@ def draw_roc(detection: Detection) -> Any:
     ReportError
         There are no healthy or no faulty records to test.
     """
-    shown, levels = with_threshold(detection, _MOST_LINES), _levels(detection, 3)
+    shown, levels = with_threshold(detection, _MOST_LINES), chosen_levels(detection, 3)
+    if not levels:
+        raise ReportError("no faulty record is tested")
     unit = severity_unit(detection)
     styles = _styles(detection, shown)
     labels = {"x": "false alarms [%]", "y": "detections [%]"}
@@ -52,49 +53,9 @@ def draw_roc(detection: Detection) -> Any:
                 _draw_curve(axis, curve.false_alarm_rate, curve.detection_rate, style)
                 _draw_threshold(axis, judgement, level, style["color"])
         axis.set_title(unit.text(level.severity) if level.severity else level.name)
-        _frame(axis, detection, rising=True)
+        _frame(axis, detection)
     legend_outside(figure, dict(zip(map(_named, shown), styles, strict=True)), 2)
     return figure
-
-
-def draw_det(detection: Detection) -> Any:
-    """Misses against false alarms: a panel for each of the foremost scores, a line for each severity.
-
-    Raises
-    ------
-    ReportError
-        There are no healthy or no faulty records to test.
-    """
-    shown, levels = with_threshold(detection, _MOST_PANELS), _levels(detection, _MOST_LEVELS)
-    unit = severity_unit(detection)
-    figure, axes = score_panels(shown, 3.0, sharex=True, x="false alarms [%]", y="misses [%]")
-    styles = {}
-    for index, level in enumerate(levels):
-        style = {"color": ordered_color(index, len(levels)), "linestyle": LINES[index % len(LINES)]}
-        styles[f"{unit.value(level.severity):.3g}"] = style
-        for axis, judgement in zip(axes, shown, strict=True):
-            if (curve := _curve(detection, judgement, level)) is not None:
-                _draw_curve(axis, curve.false_alarm_rate, 1.0 - curve.detection_rate, style)
-    for axis, judgement in zip(axes, shown, strict=True):
-        if not axis.lines:
-            where: dict[str, Any] = {"x": 0.5, "y": 0.5, "ha": "center", "transform": axis.transAxes}
-            axis.text(s=_why_no_line(judgement), fontsize=8, **where)
-        _frame(axis, detection, rising=False)
-    legend_outside(figure, styles, 8, f"{unit.quantity}{unit.bracket}")
-    return figure
-
-
-def _why_no_line(judgement: Judgement) -> str:
-    areas = [level.area.value for level in judgement.levels if level.area is not None]
-    if areas and min(areas) == 1.0:
-        return "healthy and leaking records\ndo not overlap"
-    return "too few different scores"
-
-
-def _levels(detection: Detection, most: int) -> tuple[Population, ...]:
-    if not (levels := chosen_levels(detection, most)):
-        raise ReportError("no faulty record is tested")
-    return levels
 
 
 def _curve(detection: Detection, judgement: Judgement, level: Population) -> RocCurve | None:
@@ -141,14 +102,14 @@ def _x(rates: Any) -> Any:
     return deviates(rates, _LEAST)
 
 
-def _frame(axis: Any, detection: Detection, *, rising: bool) -> None:
+def _frame(axis: Any, detection: Detection) -> None:
     """Axes, and where there is a curve, chance and the rate that thresholds are set for."""
     normal_deviate_axis(axis.xaxis, _LEAST)
     normal_deviate_axis(axis.yaxis, _LEAST)
     if not axis.lines:
         return
     ends = _x(np.array([0.0, 1.0]))
-    axis.plot(ends, ends if rising else -ends, color=INK, linewidth=0.6, linestyle="--")
+    axis.plot(ends, ends, color=INK, linewidth=0.6, linestyle="--")
     axis.axvline(_x(np.array([detection.rules.false_alarm_rate]))[0], color=INK, linewidth=0.7)
 
 
@@ -157,11 +118,8 @@ def _named(judgement: Judgement) -> str:
     return name if f"({needs})" in name else f"{name} ({needs})"
 
 
-_MOST_CURVES, _POINTS, _COARSE = 6, 201, 13
-"""Panels; points of a curve, and the first ones of its bound."""
-
-_STEP, _HALVINGS = 0.08, 7
-"""Points of the bound are added until it rises by less from one to the next, in at most so many rounds."""
+_MOST_CURVES, _POINTS, _OF_BOUND = 6, 201, 30
+"""Panels; points of a curve, and of its bound."""
 
 
 def draw_pod(detection: Detection) -> Any:
@@ -221,25 +179,8 @@ def _draw_bound(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str)
     found, curves = judgement.smallest.get("q90_95"), judgement.bounding
     if not curves or found is None or found.source == "levels" or found.confidence is None:
         return
-    severities, low = bound_line(curves, found.severity, found.confidence)
+    severities = np.unique([*np.geomspace(*curves[0].tally.span, _OF_BOUND), found.severity])
+    low = np.min([lower_bound(each, severities, confidence=found.confidence) for each in curves], axis=0)
     axis.plot(
         [*map(unit.value, severities.tolist())], 100.0 * low, color=color, linestyle=LINES[1], linewidth=0.8
     )
-
-
-def bound_line(curves: Sequence[PodCurve], found: float, confidence: float) -> tuple[Array, Array]:
-    """The lower bound of all curves that a severity was found from: close points where it rises."""
-
-    def low_at(severities: Array) -> Array:
-        lows = [lower_bound(curve, severities, confidence=confidence) for curve in curves]
-        return np.asarray(np.min(lows, axis=0))
-
-    severities = np.unique([*np.geomspace(*curves[0].tally.span, _COARSE), found])
-    low = low_at(severities)
-    for _ in range(_HALVINGS):
-        wide = np.flatnonzero(np.diff(low) > _STEP)
-        if not wide.size:
-            break
-        middle = np.sqrt(severities[wide] * severities[wide + 1])
-        severities, low = np.insert(severities, wide + 1, middle), np.insert(low, wide + 1, low_at(middle))
-    return severities, low

@@ -79,7 +79,6 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
             for level, line, named in levels
             if level.area is not None
         ],
-        "partial_auc": finite(judgement.partial_area),
         "pod": [
             {
                 **named,

@@ -14,7 +14,7 @@ from hydrofdi.detectors.scores.contract import has_extra
 from hydrofdi.report import run_lengths, sections
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import finds
-from hydrofdi.report.run_lengths import estimate_records, estimates_block
+from hydrofdi.report.run_lengths import estimates_block
 from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
@@ -118,7 +118,7 @@ class DetectionReport:
             "perfect_sensors": list(self._without_noise),
             **runs,
             "detection": [one for each in self.detections for one in record.detection_records(each)],
-            "estimates": estimate_records(self.estimates),
+            "estimates": [row for each in self.estimates for row in each.rows],
             "run_lengths": run_lengths.run_length_records(self.detections),
             "studies": [record.study_record(each) for each in self.detections],
         }

@@ -106,7 +106,7 @@ class DetectionReport:
             answer.remarks_block(first),
             *after,
         )
-        return document_of(self.name, _LEAD, blocks, data if is_complete else None)
+        return document_of(self.name, _LEAD, blocks)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""

@@ -1,4 +1,4 @@
-"""Probability of detection over the severity; ROC curves on normal-deviate axes."""
+"""Probability of detection over the severity; ROC curves on axes of log-odds."""
 
 from __future__ import annotations
 
@@ -10,18 +10,10 @@ import numpy as np
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.pod import lower_bound
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
-from hydrofdi.evaluation.scores import Array, Kind, Population
+from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
 from hydrofdi.report.figures.detection.populations import score_panels, sensor_marks, with_threshold
-from hydrofdi.report.figures.style import (
-    INK,
-    LINES,
-    deviates,
-    legend_outside,
-    log_axis,
-    normal_deviate_axis,
-    panels,
-)
+from hydrofdi.report.figures.style import INK, LINES, legend_outside, log_axis, logit_axis, panels
 from hydrofdi.studies.judging import reference_of
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.records import Detection, Judgement
@@ -50,7 +42,7 @@ def draw_roc(detection: Detection) -> Any:
     for axis, level in zip(axes, levels, strict=True):
         for judgement, style in zip(shown, styles, strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
-                _draw_curve(axis, curve.false_alarm_rate, curve.detection_rate, style)
+                axis.plot(curve.false_alarm_rate, curve.detection_rate, **style)
                 _draw_threshold(axis, judgement, level, style["color"])
         axis.set_title(unit.text(level.severity) if level.severity else level.name)
         _frame(axis, detection)
@@ -73,7 +65,7 @@ def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: s
     healthy = [rates[population] for population in rates if population.kind is Kind.HEALTHY]
     if stated is None or stated.detected is None or not stated.detected.total or not healthy:
         return
-    place = _x(np.array([healthy[0].value])), _x(np.array([stated.detected.value]))
+    place = np.clip([healthy[0].value, stated.detected.value], _LEAST, 1.0 - _LEAST)
     axis.plot(*place, marker="o", markersize=4, color=color, clip_on=False)
 
 
@@ -86,31 +78,14 @@ def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, 
     ]
 
 
-def _inside(rates: Array) -> Array:
-    """Rates on the axis; none if no record or every record is beyond the threshold."""
-    return np.where((rates > 0.0) & (rates < 1.0), _x(rates), np.nan)
-
-
-def _draw_curve(axis: Any, rates: Array, others: Array, style: dict[str, Any]) -> None:
-    """A curve as far as there are records on both sides."""
-    x, y = _inside(rates), _inside(others)
-    if np.isfinite(x + y).any():
-        axis.plot(x, y, **style)
-
-
-def _x(rates: Any) -> Any:
-    return deviates(rates, _LEAST)
-
-
 def _frame(axis: Any, detection: Detection) -> None:
     """Axes, and where there is a curve, chance and the rate that thresholds are set for."""
-    normal_deviate_axis(axis.xaxis, _LEAST)
-    normal_deviate_axis(axis.yaxis, _LEAST)
-    if not axis.lines:
-        return
-    ends = _x(np.array([0.0, 1.0]))
-    axis.plot(ends, ends, color=INK, linewidth=0.6, linestyle="--")
-    axis.axvline(_x(np.array([detection.rules.false_alarm_rate]))[0], color=INK, linewidth=0.7)
+    logit_axis(axis.xaxis, _LEAST)
+    logit_axis(axis.yaxis, _LEAST)
+    if axis.lines:
+        ends = [_LEAST, 1.0 - _LEAST]
+        axis.plot(ends, ends, color=INK, linewidth=0.6, linestyle="--")
+        axis.axvline(detection.rules.false_alarm_rate, color=INK, linewidth=0.7)
 
 
 def _named(judgement: Judgement) -> str:

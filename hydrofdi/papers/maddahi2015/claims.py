@@ -148,23 +148,17 @@ def _lack(data: ExperimentData, shape: tuple[int, ...], n_run: int) -> str:
     )
 
 
-class Check(NamedTuple):
-    """A check: the modes that it looks at, and its margin in each scenario, shape (..., n_scenario).
+Check = runs.Array
+"""The margin of a check in each scenario [percentage points], shape (..., n_scenario).
 
-    In percentage points; NaN if a run is missing or failed, or does not move.
-    """
-
-    modes: Sequence[Mode]
-    margin: runs.Array
+NaN if a run is missing or failed, or does not move.
+"""
 
 
 def _leads(delta: runs.Array, modes: Iterable[Mode], level: int) -> list[Check]:
     """In each mode, one level above zero and above all others."""
-    own = [(mode, delta[..., mode[0], mode[1], :]) for mode in modes]
-    return [
-        Check([mode], each[..., level] - np.delete(each, level, axis=-1).max(axis=-1, initial=0.0))
-        for mode, each in own
-    ]
+    own = [delta[..., q, b, :] for q, b in modes]
+    return [each[..., level] - np.delete(each, level, axis=-1).max(axis=-1, initial=0.0) for each in own]
 
 
 def _d2_is_most_sensitive(grid: ModeGrid, delta: runs.Array) -> list[Check]:
@@ -174,13 +168,13 @@ def _d2_is_most_sensitive(grid: ModeGrid, delta: runs.Array) -> list[Check]:
 def _d2_grows_with_leakage(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     modes = grid.modes(bulk_modulus=grid.normal)
     own = delta[..., [q for q, _ in modes], grid.normal, D2]
-    return [Check(modes, np.diff(own).min(axis=-1))] if len(modes) > 1 else []
+    return [np.diff(own).min(axis=-1)] if len(modes) > 1 else []
 
 
 def _d2_falls_with_bulk_modulus(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     by_leakage = [grid.modes(leakage=leakage) for leakage in range(len(grid.leakage_flows))]
     return [
-        Check(modes, -np.diff(delta[..., leakage, [b for _, b in modes], D2]).max(axis=-1))
+        -np.diff(delta[..., leakage, [b for _, b in modes], D2]).max(axis=-1)
         for leakage, modes in enumerate(by_leakage)
         if len(modes) > 1
     ]
@@ -192,11 +186,8 @@ def _d3_leads_above_normal(grid: ModeGrid, delta: runs.Array) -> list[Check]:
 
 def _d3_alone_is_positive(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     modes = [mode for mode in grid.modes(leakage=0) if mode[1] > grid.normal]
-    own = [(mode, delta[..., mode[0], mode[1], :]) for mode in modes]
-    return [
-        Check([mode], np.minimum(each[..., D3], -np.delete(each, D3, axis=-1).max(axis=-1)))
-        for mode, each in own
-    ]
+    own = [delta[..., q, b, :] for q, b in modes]
+    return [np.minimum(each[..., D3], -np.delete(each, D3, axis=-1).max(axis=-1)) for each in own]
 
 
 def _no_level_is_always_largest(grid: ModeGrid, delta: runs.Array) -> list[Check]:
@@ -209,7 +200,7 @@ def _no_level_is_always_largest(grid: ModeGrid, delta: runs.Array) -> list[Check
         (np.delete(size, level, axis=-1).max(axis=-1) - size[..., level]).max(axis=-1)
         for level in range(size.shape[-1])
     ]
-    return [Check(modes, np.min(shortfalls, axis=0))]
+    return [np.min(shortfalls, axis=0)]
 
 
 class Claim(NamedTuple):
@@ -279,13 +270,13 @@ class ClaimResult:
         """Whether all checks hold; None if that is not decided, or there is nothing to check."""
         if self.margin <= 0.0:
             return False
-        is_open = any(np.isnan(each.margin[self.scenarios]).any() for each in self.checks)
+        is_open = any(np.isnan(each[self.scenarios]).any() for each in self.checks)
         return True if self.margin > 0.0 and not is_open else None
 
     @property
     def margin(self) -> float:
         """The smallest margin of the checks that are decided [percentage points]; NaN if there is none."""
-        found = [value for each in self.checks for value in each.margin[self.scenarios].tolist()]
+        found = [value for each in self.checks for value in each[self.scenarios].tolist()]
         return min((value for value in found if not math.isnan(value)), default=math.nan)
 
 
@@ -294,7 +285,7 @@ def claim_margins(grid: ModeGrid, delta: runs.Array) -> dict[str, runs.Array]:
 
     NaN where a claim is not decided.
     """
-    found = {claim.id: [check.margin for check in claim.checks(grid, delta)] for claim in CLAIMS}
+    found = {claim.id: claim.checks(grid, delta) for claim in CLAIMS}
     undecided = np.full((*delta.shape[:-2], len(grid.scenarios)), np.nan)
     return {name: np.min(margins, axis=0) if margins else undecided for name, margins in found.items()}
 

@@ -80,7 +80,7 @@ class StudyReport(StudyData):
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.
 
-        The thousands of runs, checks and controls of an ensemble are left to the tidy forms; what they come
+        The thousands of runs and controls of an ensemble are left to the tidy forms; what they come
         to in each scenario stands under ``scenarios``.
         """
         is_single = self.scenarios is None
@@ -118,7 +118,7 @@ class StudyReport(StudyData):
 
 
 def claim_record(study: StudyReport, result: ClaimResult) -> dict[str, Any]:
-    """A claim with its checks, and how it stands over the start phases; an ensemble leaves out checks."""
+    """A claim, and how it stands over the start phases."""
     claim = result.claim
     configured, *settled = (standing.claim(claim.id, study.looked_at) for standing in study.standings)
     record = {
@@ -127,7 +127,6 @@ def claim_record(study: StudyReport, result: ClaimResult) -> dict[str, Any]:
         "rule": claim.rule,
         "reproduced": result.reproduced,
         "margin_percentage_points": result.margin,
-        "checks": [*study.check_records(result)] if study.scenarios is None else [],
         "phases": configured.phases("margin_percentage_points"),
     }
     for outcome in settled:
@@ -150,7 +149,7 @@ def claims_block(study: StudyReport) -> Block:
         " it. –: open, cannot be decided (a run is missing, or the actuator does not move)."
     )
     records = [claim_record(study, each) for each in study.claims]
-    nested = ("checks", "phases", "settled")
+    nested = ("phases", "settled")
     table = Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
     return Block("claims", title, required(study), (table,))
 

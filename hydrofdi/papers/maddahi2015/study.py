@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -31,7 +31,7 @@ from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.composition import Report
 from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
 from hydrofdi.report.runs import RunTable, normal_bulk_modulus
-from hydrofdi.report.wording import mode_name, modulus_text
+from hydrofdi.report.wording import modulus_text
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
 
@@ -291,21 +291,6 @@ class StudyData(Report):
     def alarm_outcomes(self) -> list[Outcome]:
         """How the alarms on the sealed actuator stand over the start phases."""
         return [found for each in self.standings for found in sealed_outcomes(self.sealed, each)]
-
-    def check_records(self, result: ClaimResult) -> Iterator[dict[str, Any]]:
-        """Each check of a claim in each scenario; its runs are the healthy one, then the leaky ones."""
-        grid, run_ids = self.grid, self.data.columns[names.RUN_ID].astype(str)
-        for check in result.checks:
-            for scenario in result.scenarios:
-                leaky = [int(grid.positions[scenario, 1 + q, b]) for q, b in check.modes]
-                runs = [int(self.data.fixed_baseline[leaky[0]]), *leaky]
-                margin, labels = float(check.margin[scenario]), grid.scenarios[scenario]
-                yield {
-                    "runs": run_ids[runs].tolist(),
-                    "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
-                    "holds": None if math.isnan(margin) else margin > 0.0,
-                    "margin_percentage_points": margin,
-                } | ({"labels": labels} if labels else {})
 
 
 def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:

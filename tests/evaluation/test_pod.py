@@ -13,7 +13,6 @@ from hydrofdi.evaluation.pod import (
     lack_of_fit,
     last_shown,
     log_likelihood,
-    lower_bound,
     probability_of_detection,
     smallest_detectable,
     tally,
@@ -106,17 +105,6 @@ def test_with_20_records_a_level_bounds_still_cover_in_90_of_100_repeats(spread)
     assert holds_at_least(covered(600, 20, 0.01, spread, 0.9, seed=23), 600, 0.92)
 
 
-def test_bounds_of_the_curve_hold_it_and_agree_with_the_severity_that_they_bound():
-    draw, held = np.random.default_rng(8), 0
-    for _ in range(60):
-        curve = probability_of_detection(SEVERITY, hits(draw, SEVERITY), false_alarm_rate=0.01)
-        held += lower_bound(curve, [0.08])[0] <= pod(0.08, -1.2, 0.15, 0.01)
-    assert holds_in(held, 60, 0.95)
-    bound = smallest_detectable(curve, probability=0.9, confidence=0.95)
-    assert np.all(lower_bound(curve, LEVELS) <= curve.probability(LEVELS))
-    assert lower_bound(curve, [bound.value])[0] == pytest.approx(0.9, abs=1e-5)
-
-
 @pytest.mark.parametrize("floor", [0.0, 0.05])
 def test_bounds_are_those_of_all_rising_curves_that_are_likely_enough(floor):
     outcomes = hits(np.random.default_rng(21), SEVERITY, -1.1, 0.25, floor)
@@ -131,21 +119,6 @@ def test_bounds_are_those_of_all_rising_curves_that_are_likely_enough(floor):
     rise = curve.quantile_of_rise(0.9)
     largest = 10.0 ** np.max((rise - intercepts[likely]) / slopes[likely])
     assert smallest_detectable(curve).severity == pytest.approx(largest, rel=0.02)
-    np.testing.assert_allclose(lower_bound(curve, LEVELS), rates[likely].min(axis=0), atol=0.005)
-
-
-def test_bounds_of_a_faint_rise_are_those_of_curves_that_do_not_fall():
-    outcomes = (np.random.default_rng(22).random(SEVERITY.size) < 0.5 + 0.02 * np.log10(SEVERITY)).astype(
-        float
-    )
-    curve = probability_of_detection(SEVERITY, outcomes)
-    assert 0.0 < curve.slope < 0.3
-    places = np.log10(curve.tally.severity)
-    intercepts, slopes = np.meshgrid(np.linspace(-0.6, 1.0, 300), np.linspace(0.0, 0.6, 200))
-    rates = ndtr(intercepts[..., None] + slopes[..., None] * places)
-    likelihood = np.sum(curve.tally.hits * np.log(rates) + curve.tally.misses * np.log1p(-rates), axis=-1)
-    likely = rates[2.0 * (curve.log_likelihood - likelihood) <= 2.7055]
-    np.testing.assert_allclose(lower_bound(curve, LEVELS), likely.min(axis=0), atol=0.003)
 
 
 def test_nothing_is_extrapolated():
@@ -268,7 +241,6 @@ def test_a_linear_axis_recovers_a_curve_that_rises_with_the_severity_itself():
     estimate, bound = (smallest_detectable(curve, confidence=c) for c in (None, 0.95))
     assert curve.probability([estimate.severity])[0] == pytest.approx(0.9)
     assert estimate.severity < bound.severity < 1.05 * estimate.severity
-    assert lower_bound(curve, [bound.severity])[0] == pytest.approx(0.9, abs=1e-4)
 
 
 @pytest.mark.filterwarnings("error")

@@ -17,8 +17,8 @@ _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
     "ranking": (draw_ranking, "The {quantity} found by each score with {share} probability"),
     "pod": (
         draw_pod,
-        "Share of records detected over their {quantity}, with {confidence} intervals, the fitted curve and"
-        " its bound (dashed), which reaches {share} at q90/95; dotted: the false-alarm rate of the threshold",
+        "Share of records detected over their {quantity}, with {confidence} intervals, and the fitted curve;"
+        " vertical: q90/95 at {share}; dotted: the false-alarm rate of the threshold",
     ),
     "roc": (draw_roc, "Detections against false alarms over all thresholds; dots: the threshold in use"),
     "false_alarms": (

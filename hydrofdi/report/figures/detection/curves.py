@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.pod import lower_bound
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
@@ -93,12 +92,12 @@ def _named(judgement: Judgement) -> str:
     return name if f"({needs})" in name else f"{name} ({needs})"
 
 
-_MOST_CURVES, _POINTS, _OF_BOUND = 6, 201, 30
-"""Panels; points of a curve, and of its bound."""
+_MOST_CURVES, _POINTS = 6, 201
+"""Panels, and points of a curve."""
 
 
 def draw_pod(detection: Detection) -> Any:
-    """Levels, curve and bound of each, a panel each.
+    """Levels and curve of each, a panel each.
 
     Raises
     ------
@@ -126,7 +125,6 @@ def draw_pod(detection: Detection) -> Any:
 
 def _draw_one(axis: Any, judgement: Judgement, unit: SeverityUnit, mark: dict[str, Any]) -> None:
     _draw_fitted(axis, judgement, unit, mark["color"])
-    _draw_bound(axis, judgement, unit, mark["color"])
     for level in judgement.levels:
         rate = level.detected
         if rate is not None and rate.total:
@@ -147,15 +145,3 @@ def _draw_fitted(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str
         return
     severities = np.geomspace(*curve.tally.span, _POINTS)
     axis.plot([*map(unit.value, severities.tolist())], 100.0 * curve.probability(severities), color=color)
-
-
-def _draw_bound(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str) -> None:
-    """The one-sided lower bound where q90/95 is taken from it: they meet at the probability asked for."""
-    found, curves = judgement.smallest.get("q90_95"), judgement.bounding
-    if not curves or found is None or found.source == "levels" or found.confidence is None:
-        return
-    severities = np.unique([*np.geomspace(*curves[0].tally.span, _OF_BOUND), found.severity])
-    low = np.min([lower_bound(each, severities, confidence=found.confidence) for each in curves], axis=0)
-    axis.plot(
-        [*map(unit.value, severities.tolist())], 100.0 * low, color=color, linestyle=LINES[1], linewidth=0.8
-    )

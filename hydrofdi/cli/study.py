@@ -203,7 +203,7 @@ def report(
             help="Draw this figure to --out FILE (.png, .svg, .pdf), or to NAME.svg. Any sweep: responses,"
             " sensitivity (heat maps over two parameters). A study of detection: answer, ranking, pod, roc,"
             " false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
-            " spectrum, phases, scenarios.",
+            " phases, scenarios.",
         ),
     ] = None,
     check: Annotated[

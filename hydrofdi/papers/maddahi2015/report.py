@@ -73,7 +73,7 @@ class StudyReport(StudyData):
         yield phases
         yield reference_block(self)
         yield indicators_block(self.indicators)
-        figures = ("figure2", "figure3", "figure4", "spectrum")
+        figures = ("figure2", "figure3", "figure4")
         yield Block("signals", "Signals and details", figures=figures)
         yield sections.provenance_block(self.data)
 

@@ -122,17 +122,6 @@ def log_axis(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def mark_bands(axis: Any, bands: Sequence[tuple[float, float]]) -> None:
-    """Shade and name the bands of wavelet levels, d1 first."""
-    for level, (low, high) in enumerate(bands, 1):
-        if level % 2:
-            axis.axvspan(low, high, color="#808088", alpha=0.14, linewidth=0)
-        axis.text(
-            (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
-            ha="center", va="top", color=INK,
-        )  # fmt: skip
-
-
 _TICKS = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
 _PERCENT = (0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)

@@ -19,7 +19,6 @@ GOLDEN = Path(__file__).parent / "golden"
 
 COMPARED = [
     ("modes", "sensitivity"),
-    ("modes", "spectrum"),
     ("many", "responses"),
     ("scenarios", "scenarios"),
     ("study", "answer"),

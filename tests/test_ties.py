@@ -11,7 +11,6 @@ from hydrofdi.indicators.catalogue.stft import _lines
 from hydrofdi.indicators.single_channel import half_periods, jumps
 from hydrofdi.monitor.opcua import Joiner, NodeValue
 from hydrofdi.records.cutting import Stroke, edges, find_stroke, reversals, short_stroke
-from hydrofdi.records.defects import _distances
 from hydrofdi.records.recording import Recording, _resampled
 from hydrofdi.records.streams import Chunk, EvenStream
 from hydrofdi.settings.readable import shown_quantity
@@ -43,8 +42,6 @@ def converted(levels, lowest=-10.0, resolution=0.01):
     lambda n: reversals(n / 100 + np.array([0, 100, 80, 100]) / 1e3),
     lambda n: edges(n / 7 + n * np.array([0, 60, 100, 0, 60]) / 1e4, "rising"),
     lambda n: short_stroke(Recording({}, 500.0), Stroke((n + 10) / 100 - n / 100, 0, 1), 0.1),
-    # equal strokes have no outliers
-    lambda n: _distances(np.append((n + 10 + TIMES) / 100 - (n + TIMES) / 100, 0.2)),
     # the ends of half periods and of a record, on clocks that began long before
     lambda n: half_periods(1, 500, 1000.0, 0.2, 1.7e9 * (n % 2)).sample,
     lambda n: _resampled({P1: RISE}, 3600.0 * n + np.arange(RISE.size) / 1e3, 1e3)[P1].size,

@@ -260,11 +260,6 @@ class LimitsConfig(Section):
     shortest_stroke: Annotated[float, SI("m", above=0.0)] | None = None
     """Distance between the first and the last piston position; in counts if the position is in counts."""
 
-    outliers: Annotated[float, SI("1", above=0.0)] | None = None
-    """Distance of a stroke, or of the changes of a pressure from sample to sample, from the median of the
-    group, in robust standard deviations, such as 5. All files are then read twice; groups of eight or more
-    records are checked. Off by default."""
-
     payload: Annotated[int, Field(ge=1024, le=2**28)] = 2**20
     """Largest message or line of a stream [bytes]; a longer one is counted as malformed and skipped."""
 

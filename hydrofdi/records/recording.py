@@ -47,8 +47,7 @@ class Recording:
     """Channels of one file, or of a part of it: a record that is not yet in a batch, whose attributes it has.
 
     `values` are what group and label may use; `scaled_headers` the units that the file states for channels
-    with a gain, `units` those of its numbers; `stroke` is the last minus the first position, or zero; `date`
-    the instant of its first sample since 1970 [s].
+    with a gain, `units` those of its numbers; `date` the instant of its first sample since 1970 [s].
     """
 
     channels: dict[Channel, Array]
@@ -64,7 +63,6 @@ class Recording:
     source: str = ""
     group: str = ""
     label: str = ""
-    stroke: float = 0.0
     date: float = math.nan
 
     def remarked(self, remarks: Iterable[Issue]) -> Recording:

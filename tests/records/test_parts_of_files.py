@@ -238,20 +238,6 @@ def test_pressures_that_are_divided_by_the_supply_have_no_unit(tmp_path):
     assert batch.rejected[0].remark.kind == "no_reference"
 
 
-def test_outliers_are_found_within_their_group(tmp_path):
-    size = {n: 1.0 + 0.01 * n for n in range(20)} | {7: 3.0, 11: 0.3}
-    rng = np.random.default_rng(5)
-    for n, factor in size.items():
-        group = "odd" if n % 2 else "even"
-        text = csv_of(("P1", 100 * (1 + n % 2) + factor * rng.normal(0, 1, 200)))
-        (tmp_path / f"{group} {n}.csv").write_text(text)
-    file = described(tmp_path, USUAL + 'path: "{parity} {n}.csv"\ngroup: "{parity}"\nlimits: {outliers: 6}\n')
-    (batch,) = measured_source(file).batches()
-    flagged = {name for row, name in enumerate(batch.record_ids) if "outlier" in kinds(batch, row)}
-    assert flagged == {"odd 7.csv", "odd 11.csv"}
-    assert batch.n_record == 20
-
-
 def test_a_source_of_many_files_stays_small(tmp_path):
     np.savez(tmp_path / "run.npz", P1=np.arange(20_000.0), P2=np.arange(20_000.0))
     source = measured_source(described(tmp_path, BOTH.replace("*.csv", "run.npz")), most_samples=200_000)

@@ -10,7 +10,7 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.catalogue.stft import _lines
 from hydrofdi.indicators.single_channel import half_periods, jumps
 from hydrofdi.monitor.opcua import Joiner, NodeValue
-from hydrofdi.records.cutting import Stroke, edges, find_stroke, reversals, short_stroke
+from hydrofdi.records.cutting import Stroke, edges, find_stroke, short_stroke
 from hydrofdi.records.recording import Recording, _resampled
 from hydrofdi.records.streams import Chunk, EvenStream
 from hydrofdi.settings.readable import shown_quantity
@@ -39,7 +39,6 @@ def converted(levels, lowest=-10.0, resolution=0.01):
     # 2 %, 20 % and 98 % of a stroke, and its length
     lambda n: find_stroke(n / 100 + RISE / 1e3).start,
     lambda n: find_stroke(n / 100 + n * RISE / 1e4).arrival,
-    lambda n: reversals(n / 100 + np.array([0, 100, 80, 100]) / 1e3),
     lambda n: edges(n / 7 + n * np.array([0, 60, 100, 0, 60]) / 1e4, "rising"),
     lambda n: short_stroke(Recording({}, 500.0), Stroke((n + 10) / 100 - n / 100, 0, 1), 0.1),
     # the ends of half periods and of a record, on clocks that began long before

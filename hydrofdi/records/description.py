@@ -198,9 +198,9 @@ class TrimConfig(Section):
 class CyclesConfig(Section):
     """Division of a file into cycles, each of which becomes a record."""
 
-    by: Literal["period", "edges", "reversals"]
+    by: Literal["period", "edges"]
     """``period``: equal durations from the first sample on. ``edges``: from each edge of `channel` to the
-    next. ``reversals``: from each turn of the piston position to the next."""
+    next."""
 
     period: Duration | None = None
     """Duration of a cycle, for ``period``. It becomes the period of the drive."""
@@ -462,7 +462,6 @@ def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     cycles = config.cycles
     if cycles is not None:
         needs.append((("cycles",), cycles.by == "edges", cycles.channel))
-        needs.append((("cycles",), cycles.by == "reversals", Channel.PISTON_POSITION))
         if cycles.by == "period" and cycles.period is None:
             yield source.mistake(("cycles",), "needs a period")
     if config.segment is not None and config.segment.part == "impact" and config.segment.length is None:

@@ -113,15 +113,6 @@ def test_cycles_of_a_period_and_from_edges_of_the_command(tmp_path, cycles, firs
     assert ["left_out" in kinds(batch, row) for row in range(4)] == [True, False, False, False]
 
 
-def test_cycles_from_reversals_of_the_position(tmp_path):
-    found = batches(tmp_path, DRIVEN + "cycles: {by: reversals}\n", run_csv=driven())
-    starts = [start for batch in found for start in first_samples(batch)]
-    np.testing.assert_allclose(starts, np.arange(30, 901, 100)[: len(starts)], atol=3)
-    assert len(starts) == 9
-    kept = one(tmp_path, DRIVEN + "cycles: {by: reversals, length: 0.9 s}\n")
-    assert (kept.n_record, kept.n_time) == (9, 90)
-
-
 def test_cycles_that_are_too_short_and_files_without_any_are_listed(tmp_path):
     batch = one(tmp_path, DRIVEN + "cycles: {by: edges, length: 3 s}\n", run_csv=driven())
     assert [record.record_id for record in batch.rejected] == [f"run.csv#{n}" for n in range(1, 5)]

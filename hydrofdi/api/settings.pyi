@@ -79,8 +79,6 @@ class Settings(TypedDict, total=False):
     onset_duty: float | str  # leakage.onset_duty
     shape: Any  # input.shape
     period: float | str  # input.period [s]
-    end_frequency: float | str  # input.end_frequency [Hz]
-    harmonics: Any  # input.harmonics
     file: Any  # input.file
     feedback: Any  # control.feedback
     proportional_gain: float | str  # control.proportional_gain [V/m]

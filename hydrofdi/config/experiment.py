@@ -282,6 +282,8 @@ _GONE = {
     "sample.correlation": None,
     "population.correlation": None,
     "population.method": "random",
+    "input.end_frequency": 20.0,
+    "input.harmonics": 20,
 }
 """Key of earlier versions, below the last one above it → its default."""
 

@@ -176,7 +176,7 @@ CHOICES: dict[str, Values] = {
     "inclined": {"actuator.inclination": math.radians(40.0)},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "measured": {"control.feedback": "measured", "position_sensor.bias": 1e-4},
-    "multisine": {"input.shape": "multisine", "input.harmonics": 5},
+    "sine": {"input.shape": "sine"},
 }  # fmt: skip
 """Options, each as it is alone, and on a machine where it is compiled."""
 OF_MACHINE = {
@@ -201,7 +201,7 @@ OPTIONS = [
         ("gap", "ramp air stiffening droop ripple warm rod inclined"),
         ("hoses", "overlap edges worn null load return uneven"),
         ("loop", "pid measured saturated hysteresis slow external intermittent drag scored"),
-        ("rig", "stops cavitating multisine foundation"),
+        ("rig", "stops cavitating sine foundation"),
     )
 ]
 """Every option of the model is at work in a quarter of the actuators."""

@@ -23,7 +23,6 @@ CHOICES: dict[str, dict[str, Any]] = {
     "laminar leakage": {"leakage.law": "laminar"},
     "blended leakage": {"leakage.law": "blended"},
     "ramped leakage": {"leakage.onset": "ramp"},
-    "intermittent leakage": {"leakage.onset": "intermittent"},
     "smooth friction": {"friction.law": "smooth"},
     "LuGre friction": {"friction.law": "lugre"},
     "free air": {"fluid.law": "free_air"},

@@ -29,16 +29,15 @@ where nothing leaks.
 """
 
 _LEAK = {"leakage.drag": TINY, "leakage.scored_width": 1e30}
-_DRIPPING = _LEAK | {"leakage.onset": "intermittent", "leakage.onset_duty": 1.0}
 
 GAP = RIG | _LEAK | {"leakage.law": "laminar", "friction.law": "smooth", "leakage.onset": "step"}
 """Open loop, laminar gap, smooth friction, a leak that sets in, no hoses."""
 
-HOSES = RIG | _DRIPPING | {"leakage.law": "blended", "friction.law": "lugre", "actuator.hose_volume": 50e-6}
-"""Open loop, blended law of leakage, bristles, intermittent leak, hoses."""
+HOSES = RIG | _LEAK | {"leakage.law": "blended", "friction.law": "lugre", "actuator.hose_volume": 50e-6}
+"""Open loop, blended law of leakage, bristles, hoses."""
 
-LOOP = RIG | _DRIPPING | {"control.law": "pi", "control.amplitude": 5e-3, "control.feedback": "measured"}
-"""Closed loop on a sensor, orifice, friction with a threshold, intermittent leak, no hoses."""
+LOOP = RIG | _LEAK | {"control.law": "pi", "control.amplitude": 5e-3, "control.feedback": "measured"}
+"""Closed loop on a sensor, orifice, friction with a threshold, no hoses."""
 
 _OF_SHEET = (
     "actuator.piston_area_2", "actuator.inclination", "fluid.temperature_rise", "fluid.law",

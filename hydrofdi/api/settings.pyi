@@ -76,7 +76,6 @@ class Settings(TypedDict, total=False):
     onset: Any  # leakage.onset
     onset_time: float | str  # leakage.onset_time [s]
     onset_duration: float | str  # leakage.onset_duration [s]
-    onset_duty: float | str  # leakage.onset_duty
     shape: Any  # input.shape
     period: float | str  # input.period [s]
     file: Any  # input.file

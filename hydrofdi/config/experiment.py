@@ -284,6 +284,7 @@ _GONE = {
     "population.method": "random",
     "input.end_frequency": 20.0,
     "input.harmonics": 20,
+    "leakage.onset_duty": 0.5,
 }
 """Key of earlier versions, below the last one above it → its default."""
 

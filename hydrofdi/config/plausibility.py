@@ -145,9 +145,8 @@ RULES: tuple[Rule, ...] = (
     ("leakage.scored_width", bool, ("leakage.scored_centre",)),
     ("leakage.law", _is("laminar"), ("leakage.laminar_reference",)),
     ("leakage.law", _is("blended"), ("leakage.blending_pressure",)),
-    ("leakage.onset", _is("step", "ramp", "intermittent"), ("leakage.onset_time",)),
-    ("leakage.onset", _is("ramp", "intermittent"), ("leakage.onset_duration",)),
-    ("leakage.onset", _is("intermittent"), ("leakage.onset_duty",)),
+    ("leakage.onset", _is("step", "ramp"), ("leakage.onset_time",)),
+    ("leakage.onset", _is("ramp"), ("leakage.onset_duration",)),
     ("control.law", _is("open"), ("input.amplitude",)),
     (
         "control.law",

@@ -33,8 +33,6 @@ from hydrofdi.transforms.wavelet import level_bands
 NEAR_BAND_EDGE = 0.25
 """A mode within so many octaves of a band's edge may answer in either level."""
 
-FEW_SAMPLES = 20
-"""Samples per period of an intermittent leak below which its mean flow, a mean over samples, is off."""
 
 MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""
@@ -91,16 +89,6 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
                 " levels; other indicators are not affected"
             )
             return
-
-
-def _intermittent_leaks(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    for run in distinct("leakage", "record"):
-        n_sample = run.leakage.onset_duration * run.record.sampling_frequency
-        if run.leakage.onset == "intermittent" and n_sample < FEW_SAMPLES:
-            yield (
-                f"an intermittent leak of period {run.leakage.onset_duration:g} s is sampled only"
-                f" {n_sample:g} times in it: its mean flow is off"
-            )
 
 
 def _folding(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -317,15 +305,7 @@ def _extra(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
 
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]
 
-RULES: tuple[Rule, ...] = (
-    _bands,
-    _intermittent_leaks,
-    _folding,
-    _doubts_of_fmu,
-    _periods,
-    without_results,
-    other_machines,
-)
+RULES: tuple[Rule, ...] = (_bands, _folding, _doubts_of_fmu, _periods, without_results, other_machines)
 STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _shifts_inside, _free_supply_sensors, _onsets, _extra)
 """Rules that hold for every experiment, and those for studies of detection."""
 

@@ -139,9 +139,6 @@ CHOICES: dict[str, Values] = {
     "laminar": {"leakage.law": "laminar"},
     "blended": {"leakage.law": "blended"},
     "ramp": {"leakage.onset": "ramp", "leakage.onset_time": 0.2, "leakage.onset_duration": 0.4},
-    "intermittent": {
-        "leakage.onset": "intermittent", "leakage.onset_duration": 0.2, "leakage.onset_duty": 0.5,
-    },
     "smooth": {"friction.law": "smooth"},
     "lugre": {"friction.law": "lugre"},
     "scaled": {"friction.scale": 0.3},
@@ -184,7 +181,7 @@ OF_MACHINE = {
     " ripple return uneven warm foundation rod inclined",
     "gap": "ramp drag scored",
     "hoses": "",
-    "loop": "pid measured drag scored intermittent",
+    "loop": "pid measured drag scored",
 }
 """Machines, and the options that are tried one by one on each."""
 
@@ -200,7 +197,7 @@ OPTIONS = [
     for name, names in (
         ("gap", "ramp air stiffening droop ripple warm rod inclined"),
         ("hoses", "overlap edges worn null load return uneven"),
-        ("loop", "pid measured saturated hysteresis slow external intermittent drag scored"),
+        ("loop", "pid measured saturated hysteresis slow external drag scored"),
         ("rig", "stops cavitating sine foundation"),
     )
 ]

@@ -24,7 +24,6 @@ from hydrofdi.physics.leakage import (
     blended_leakage_flow,
     dragged_pressure_difference,
     external_leakage_flow,
-    intermittent_onset,
     internal_leakage_flow,
     laminar_leakage_flow,
     onset_ramp,
@@ -112,11 +111,9 @@ def lane_parameters(
     if options.supply_ripple:
         # (7e): with its rate at the middle, a step is accurate to second order in the ripple.
         values["ripple"] = ripple_rate(middle, values["ripple"], values["ripple_frequency"])
-    leak, start, duration = values[LEAKAGE], values["onset_time"], values["onset_duration"]
     if options.ramped_leakage:
-        values[LEAKAGE] = leak * onset_ramp(time, start, duration)  # (11c)
-    if options.intermittent_leakage:
-        values[LEAKAGE] = leak * intermittent_onset(time, start, duration, values["onset_duty"])  # (11d)
+        share = onset_ramp(time, values["onset_time"], values["onset_duration"])  # (11c)
+        values[LEAKAGE] = values[LEAKAGE] * share
     return LaneParameters(**values)
 
 

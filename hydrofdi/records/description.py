@@ -326,12 +326,9 @@ class MeasuredConfig(SamplesConfig):
     """Names in the path of a file: a template such as ``{unit}/run {run}.csv``, or a regular expression with
     ``(?P<unit>…)``. The end of the path must match; a name in braces matches as little as possible."""
 
-    columns: dict[str, str] = Field(default_factory=dict)
-    """Name → column with a single value per file, such as the day."""
-
     group: str = ""
-    """Group of a record: a template with names in braces. Names are those of `path` and `columns`,
-    ``{folder}``, ``{file}`` and ``{direction}`` (``+``, ``-`` or ``0``: the sign of the last minus the first
+    """Group of a record: a template with names in braces. Names are those of `path`, ``{folder}``,
+    ``{file}`` and ``{direction}`` (``+``, ``-`` or ``0``: the sign of the last minus the first
     piston position). Records with the same text form a group."""
 
     date: str = ""
@@ -486,7 +483,7 @@ def _names(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     except re.error as error:
         yield source.mistake(("path",), f"is not a regular expression: {error}")
         return
-    known = [*pattern.groupindex, *config.columns, *OWN_NAMES]
+    known = [*pattern.groupindex, *OWN_NAMES]
     for key in ("group", "label", "date"):
         for name in fields_of(getattr(config, key)):
             # a file has a date, but only its cycles have a direction

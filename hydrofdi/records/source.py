@@ -161,7 +161,7 @@ class MeasuredSource:
             with open_table(path, str(path), config.format) as table:
                 recording = recording_of(table, config)
             if config.date:
-                recording = replace(recording, date=_date(filled(config.date, {**names, **recording.values})))
+                recording = replace(recording, date=_date(filled(config.date, names)))
             recording = trimmed(recording, config.trim)
             cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
         except RejectionError as rejection:
@@ -178,7 +178,7 @@ class MeasuredSource:
         """The requested part of a cycle, with its group, label and findings."""
         config, position = self.config, cycle.channels.get(Channel.PISTON_POSITION)
         stroke = None if position is None else find_stroke(position)
-        known = {**names, **cycle.values, "direction": stroke.direction if stroke else "0"}
+        known = {**names, "direction": stroke.direction if stroke else "0"}
         group, label = (filled(template, known) for template in (config.group, config.label))
         try:
             record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)

@@ -169,14 +169,6 @@ def test_a_segment_that_is_not_there_is_a_reason(tmp_path):
     assert {record.remark.kind for record in batch.rejected} == {"no_motion"}
 
 
-def test_a_column_that_does_not_change_gives_a_name(tmp_path):
-    named = USUAL + 'columns: {day: date, rig: rig}\ngroup: "{rig} on {day}"\n'
-    batch = one(tmp_path, named, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-01,B\n")
-    assert batch.groups == ("B on 2024-05-01",)
-    with pytest.raises(DataError, match=r"run.csv:3: column 'date'"):
-        one(tmp_path, named, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-02,B\n")
-
-
 def test_gain_offset_and_sign_are_applied_in_the_unit(tmp_path):
     current = "{column: I, unit: bar, gain: 15.625, offset: -62.5}"
     turned = "{column: x, sign: -1, offset: 2, range: [-5 mm, 0 mm]}"

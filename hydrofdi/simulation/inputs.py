@@ -70,7 +70,8 @@ def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.in
             return drive.amplitude * random_levels(drive.seed, drive.period, record, steps)
         case "csv":
             return _held_rows(drive, record, steps)
-    return drive.amplitude * np.sin(2.0 * np.pi * (steps * record.step) / drive.period)  # (u2)
+    wave: NDArray[np.float64] = np.sin(2.0 * np.pi * (steps * record.step) / drive.period)
+    return drive.amplitude * wave  # (u2)
 
 
 def position_reference(

@@ -26,7 +26,6 @@ CHOICES: dict[str, dict[str, Any]] = {
     "smooth friction": {"friction.law": "smooth"},
     "LuGre friction": {"friction.law": "lugre"},
     "free air": {"fluid.law": "free_air"},
-    "clamped cavitation": {"fluid.cavitation": "clamped"},
     "limited spool": {"valve.largest_opening": 40e-6, "valve.largest_speed": 0.05},
     "lapped valve": {"valve.lap": 2e-6},
     "unequal edges": {"supply_1_edge.lap": 1e-6},

@@ -32,7 +32,6 @@ class Settings(TypedDict, total=False):
     bulk_modulus: float | str  # fluid.bulk_modulus [Pa]
     bulk_modulus_pressure_slope: float | str  # fluid.bulk_modulus_pressure_slope
     vapour_pressure: float | str  # fluid.vapour_pressure [Pa]
-    cavitation: Any  # fluid.cavitation
     free_air: float | str  # fluid.free_air
     polytropic_exponent: float | str  # fluid.polytropic_exponent
     atmospheric_pressure: float | str  # fluid.atmospheric_pressure [Pa]

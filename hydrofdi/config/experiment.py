@@ -285,6 +285,7 @@ _GONE = {
     "input.end_frequency": 20.0,
     "input.harmonics": 20,
     "leakage.onset_duty": 0.5,
+    "fluid.cavitation": "none",
 }
 """Key of earlier versions, below the last one above it → its default."""
 

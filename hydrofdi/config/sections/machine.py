@@ -183,13 +183,9 @@ class FluidConfig(Section):
     of a mineral oil without air rises by 10 to 12 (Hayward, 1970). None in the paper."""
 
     vapour_pressure: Annotated[float, SI("Pa", usual=("1 Pa", "1 MPa"))] = 0.0
-    """Pressure below which a chamber counts as cavitating [Pa]; on the same scale as the return pressure.
-    A choice: air comes out of the oil below the tank's pressure."""
-
-    cavitation: Literal["none", "clamped"] = "none"
-    """Chamber pressure at ``vapour_pressure``. ``none``: it falls below, as if the fluid could carry tension
-    (paper). ``clamped``: the pressure stays there until flow comes in again; the volume of the vapour is not
-    tracked."""
+    """Pressure below which a chamber counts as cavitating [Pa]; on the same scale as the return pressure. It
+    falls below, as if the fluid could carry tension (paper). A choice: air comes out of the oil below the
+    tank's pressure."""
 
     law: Literal["constant", "free_air"] = "constant"
     """Bulk modulus over pressure. ``constant``: β (paper). ``free_air``: β is that of the liquid, and free

@@ -15,7 +15,6 @@ from hydrofdi.physics.cylinder import (
     line_pressure_rate,
     piston_acceleration,
     pressure_force,
-    supported_pressure_rate,
 )
 from hydrofdi.physics.equation import Quantity
 from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus, temperature_factor
@@ -302,13 +301,10 @@ def pressure_rates(
         modulus = 1.0
     position = position_in_cylinder(state, options)
     area_2, volume_2 = chamber_2(p, options)
-    rate_1, rate_2 = chamber_pressure_rates(  # (5), (6)
+    rates: tuple[float, float] = chamber_pressure_rates(  # (5), (6)
         position, net_1, net_2, modulus, p.volume, volume_2, p.area, area_2
     )
-    if options.clamped_cavitation:
-        rate_1 = supported_pressure_rate(state.pressure_1, rate_1, p.vapour_pressure)  # (5b)
-        rate_2 = supported_pressure_rate(state.pressure_2, rate_2, p.vapour_pressure)
-    return rate_1, rate_2
+    return rates
 
 
 def hydraulic_rates(

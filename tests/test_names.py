@@ -37,11 +37,7 @@ def test_symbols_name_what_is_drawn_compared_and_faulty():
     loaded = load_experiment(
         {
             "sweep": {
-                "sample": {
-                    "count": 8,
-                    "over": {"EBM": {"uniform": [5e8, 9e8]}, "m": {"uniform": "±10 %"}},
-                    "correlation": {"parameters": ["EBM", "m"], "matrix": [[1.0, 0.5], [0.5, 1.0]]},
-                },
+                "sample": {"count": 8, "over": {"EBM": {"uniform": [5e8, 9e8]}, "m": {"uniform": "±10 %"}}},
                 "where": "EBM > '600 MPa' and fluid.EBM <= '890 MPa' and m > 0",
             }
         }
@@ -49,7 +45,6 @@ def test_symbols_name_what_is_drawn_compared_and_faulty():
     values = expand_runs(loaded).axes[EBM]
     assert 0 < len(values) < 8
     assert min(values) > 6e8
-    assert loaded.sweep.sample.correlation.parameters == [EBM, "actuator.mass"]
     study = {"faults": {"q_il": ["1 L/min"], "each": 2}, "shifts": {"stiff": {"EBM": "1 GPa"}}}
     loaded = load_experiment({"study": {"healthy": {"fit": 2, "test": 2}, **study}})
     assert loaded.study.faults.over == {"leakage.internal_flow": [pytest.approx(1 / 60e3)]}
@@ -70,13 +65,11 @@ THREE = [5e8, 6e8, 7e8]
         (["500 MPa", 6e8, "0.7 GPa"], THREE),
         ({"linspace": ["500 MPa", "700 MPa", 3]}, THREE),
         ({"from": 5e8, "to": 7e8, "num": 3}, THREE),
-        ({"start": "500 MPa", "stop": "700 MPa", "step": "100 MPa"}, THREE),
         ({"from": "500 MPa", "to": "750 MPa", "step": "100 MPa"}, THREE),
         ({"arange": ["500 MPa", "700 MPa", "100 MPa"]}, THREE[:2]),
         ("500 MPa:700MPa:3", THREE),
         ("5e8:700 MPa:100 MPa", THREE),
         ("100 MPa:10 GPa:3:log", [1e8, 1e9, 1e10]),
-        ({"geomspace": [1e8, 1e10, 3]}, [1e8, 1e9, 1e10]),
         ({"logspace": [1e8, 1e10, 3]}, [1e8, 1e9, 1e10]),
     ],
     ids=str,

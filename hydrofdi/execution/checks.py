@@ -33,8 +33,6 @@ from hydrofdi.transforms.wavelet import level_bands
 NEAR_BAND_EDGE = 0.25
 """A mode within so many octaves of a band's edge may answer in either level."""
 
-FEW_SAMPLES = 20
-"""Samples per period of an intermittent leak below which its mean flow, a mean over samples, is off."""
 
 MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""
@@ -93,28 +91,15 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
             return
 
 
-def _intermittent_leaks(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    for run in distinct("leakage", "record"):
-        n_sample = run.leakage.onset_duration * run.record.sampling_frequency
-        if run.leakage.onset == "intermittent" and n_sample < FEW_SAMPLES:
-            yield (
-                f"an intermittent leak of period {run.leakage.onset_duration:g} s is sampled only"
-                f" {n_sample:g} times in it: its mean flow is off"
-            )
-
-
 def _folding(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """What is too fast for the sampling."""
-    for run in distinct("input", "measurement", "record"):
-        drive, half = run.input, 0.5 * run.record.sampling_frequency
-        fastest = {"measurement.anti_alias": run.measurement.anti_alias or 0.0}
-        if drive.shape == "sweep":
-            fastest["input.end_frequency"] = drive.end_frequency
-        if drive.shape == "multisine":
-            fastest["input.harmonics"] = drive.harmonics / drive.period
-        for key, frequency in fastest.items():
-            if frequency >= half:
-                yield f"{key}: {frequency:g} Hz is not below {half:g} Hz, half of record.sampling_frequency"
+    for run in distinct("measurement", "record"):
+        corner, half = run.measurement.anti_alias or 0.0, 0.5 * run.record.sampling_frequency
+        if corner >= half:
+            yield (
+                f"measurement.anti_alias: {corner:g} Hz is not below {half:g} Hz, half of"
+                " record.sampling_frequency"
+            )
 
 
 def _doubts_of_fmu(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -320,15 +305,7 @@ def _extra(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
 
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]
 
-RULES: tuple[Rule, ...] = (
-    _bands,
-    _intermittent_leaks,
-    _folding,
-    _doubts_of_fmu,
-    _periods,
-    without_results,
-    other_machines,
-)
+RULES: tuple[Rule, ...] = (_bands, _folding, _doubts_of_fmu, _periods, without_results, other_machines)
 STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _shifts_inside, _free_supply_sensors, _onsets, _extra)
 """Rules that hold for every experiment, and those for studies of detection."""
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.config.request import OWN_PLANT, parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
@@ -87,10 +86,7 @@ def provenance_block(data: ExperimentData) -> Block:
     return Block(
         "provenance",
         "Configuration and provenance",
-        (
-            "An identical request gives identical runs, whatever the batch or worker count.",
-            f"Seeds: {shown_seeds(seeds_of(data.experiment))}.",
-        ),
+        ("An identical request gives identical runs, whatever the batch or worker count.",),
         (
             _settings_table("configuration", "What the experiment sets", stated),
             Table.of(versions, title="Versions", key="versions"),

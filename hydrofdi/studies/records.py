@@ -81,7 +81,7 @@ class StudyRecords:
     is_labelled : bool
         Whether labels name the faults of measured records; otherwise their severities do.
     remarks : tuple of str
-        Remarks on all rates of these records, such as that the draws are dependent.
+        Remarks on all rates of these records.
     """
 
     populations: tuple[Population, ...]

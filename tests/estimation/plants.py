@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.compilation.compiling import dispatcher
+from hydrofdi.compilation.object_code import dispatcher
 from hydrofdi.config import load_experiment
 from hydrofdi.indicators.estimation import ekf, ukf
 from hydrofdi.indicators.estimation.kalman_stream import N_SUM, Streams, follow

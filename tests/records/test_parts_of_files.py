@@ -113,15 +113,6 @@ def test_cycles_of_a_period_and_from_edges_of_the_command(tmp_path, cycles, firs
     assert ["left_out" in kinds(batch, row) for row in range(4)] == [True, False, False, False]
 
 
-def test_cycles_from_reversals_of_the_position(tmp_path):
-    found = batches(tmp_path, DRIVEN + "cycles: {by: reversals}\n", run_csv=driven())
-    starts = [start for batch in found for start in first_samples(batch)]
-    np.testing.assert_allclose(starts, np.arange(30, 901, 100)[: len(starts)], atol=3)
-    assert len(starts) == 9
-    kept = one(tmp_path, DRIVEN + "cycles: {by: reversals, length: 0.9 s}\n")
-    assert (kept.n_record, kept.n_time) == (9, 90)
-
-
 def test_cycles_that_are_too_short_and_files_without_any_are_listed(tmp_path):
     batch = one(tmp_path, DRIVEN + "cycles: {by: edges, length: 3 s}\n", run_csv=driven())
     assert [record.record_id for record in batch.rejected] == [f"run.csv#{n}" for n in range(1, 5)]
@@ -178,14 +169,6 @@ def test_a_segment_that_is_not_there_is_a_reason(tmp_path):
     assert {record.remark.kind for record in batch.rejected} == {"no_motion"}
 
 
-def test_a_column_that_does_not_change_gives_a_name(tmp_path):
-    named = USUAL + 'columns: {day: date, rig: rig}\ngroup: "{rig} on {day}"\n'
-    batch = one(tmp_path, named, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-01,B\n")
-    assert batch.groups == ("B on 2024-05-01",)
-    with pytest.raises(DataError, match=r"run.csv:3: column 'date'"):
-        one(tmp_path, named, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-02,B\n")
-
-
 def test_gain_offset_and_sign_are_applied_in_the_unit(tmp_path):
     current = "{column: I, unit: bar, gain: 15.625, offset: -62.5}"
     turned = "{column: x, sign: -1, offset: 2, range: [-5 mm, 0 mm]}"
@@ -236,20 +219,6 @@ def test_pressures_that_are_divided_by_the_supply_have_no_unit(tmp_path):
         one(tmp_path, divided.replace("PS, unit: bar", "PS, unit: counts"))
     batch = one(tmp_path, divided, run_csv=text.replace("2", "-2").replace("190", "-190"))
     assert batch.rejected[0].remark.kind == "no_reference"
-
-
-def test_outliers_are_found_within_their_group(tmp_path):
-    size = {n: 1.0 + 0.01 * n for n in range(20)} | {7: 3.0, 11: 0.3}
-    rng = np.random.default_rng(5)
-    for n, factor in size.items():
-        group = "odd" if n % 2 else "even"
-        text = csv_of(("P1", 100 * (1 + n % 2) + factor * rng.normal(0, 1, 200)))
-        (tmp_path / f"{group} {n}.csv").write_text(text)
-    file = described(tmp_path, USUAL + 'path: "{parity} {n}.csv"\ngroup: "{parity}"\nlimits: {outliers: 6}\n')
-    (batch,) = measured_source(file).batches()
-    flagged = {name for row, name in enumerate(batch.record_ids) if "outlier" in kinds(batch, row)}
-    assert flagged == {"odd 7.csv", "odd 11.csv"}
-    assert batch.n_record == 20
 
 
 def test_a_source_of_many_files_stays_small(tmp_path):

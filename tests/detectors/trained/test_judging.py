@@ -44,19 +44,14 @@ def test_a_window_is_judged_alike_alone_and_among_others(name):
     assert trained.score([]) == []
 
 
-def test_scores_beyond_a_limit_are_alarms_and_those_on_it_are_not():
+@pytest.mark.parametrize(
+    ("below", "above", "margin"), [(None, 0.0, 0.0), (None, -6.0, -3.0), (6.0, 2.0, 1.0), (-4.0, None, -2.0)]
+)
+def test_scores_beyond_a_limit_are_alarms_and_those_on_it_are_not(below, above, margin):
     (score,) = (verdict.score for verdict in judged(detector(), HEALTHY[0]))
-    (verdict,) = judged(detector(limits=(None, score), scale=(0.0, 2.0)), HEALTHY[0])
-    assert (verdict.alarm, verdict.margin) == (False, 0.0)
-    (verdict,) = judged(detector(limits=(None, score - 6.0), scale=(0.0, 2.0)), HEALTHY[0])
-    assert verdict.alarm
-    assert verdict.margin == pytest.approx(-3.0)
-    (verdict,) = judged(detector(limits=(score - 6.0, score + 2.0), scale=(0.0, 2.0)), HEALTHY[0])
-    assert not verdict.alarm
-    assert verdict.margin == pytest.approx(1.0)
-    (verdict,) = judged(detector(limits=(score + 4.0, None), scale=(0.0, 2.0)), HEALTHY[0])
-    assert verdict.alarm
-    assert verdict.margin == pytest.approx(-2.0)
+    limits = None if below is None else score - below, None if above is None else score + above
+    (verdict,) = judged(detector(limits=limits, scale=(0.0, 2.0)), HEALTHY[0])
+    assert (verdict.alarm, verdict.margin) == (margin < 0.0, pytest.approx(margin))
 
 
 def fault_of(*windows, **more):
@@ -71,16 +66,13 @@ def test_faults_of_the_window_come_first():
     assert fault_of(window(n_sample=10, fault=stated, chamber_1_pressure=None)) is stated
 
 
-@pytest.mark.parametrize(("limit", "is_beyond"), [(-1e9, True), (1e9, False)])
-def test_a_novel_window_says_whether_its_score_is_beyond_the_limit(limit, is_beyond):
+def test_a_novel_window_says_whether_its_score_is_beyond_the_limit_and_usual_ones_are_not_novel():
     novel = window(chamber_1_pressure=HEALTHY[0].channels[P1] + 20e6)
-    (verdict,) = judged(detector(ranges=HEALTHY, limits=(None, limit)), novel)
-    assert (verdict.alarm, verdict.is_beyond) == (None, is_beyond)
-
-
-def test_other_windows_of_the_same_kind_are_not_novel():
-    verdicts = judged(detector(ranges=HEALTHY), *(window(0, 1000 + seed) for seed in range(200)))
-    assert all(verdict.fault is None for verdict in verdicts)
+    usual = [window(0, 1000 + seed) for seed in range(200)]
+    for limit, is_beyond in ((-1e9, True), (1e9, False)):
+        verdict, *others = judged(detector(ranges=HEALTHY, limits=(None, limit)), novel, *usual)
+        assert (verdict.alarm, verdict.is_beyond) == (None, is_beyond)
+        assert all(other.fault is None for other in others)
 
 
 def test_a_score_far_out_on_the_side_without_an_alarm_is_novel():
@@ -331,49 +323,22 @@ def healthy_ranges(channels):
     return {each: learned_range(each, [channel_facts(rows[each].reshape(10, -1))]) for each in channels}
 
 
-def long_piece(change):
-    """Six seconds; `change` gets the samples of the last three."""
-    rows = {channel: samples.copy() for channel, samples in signals(3, 6 * N_SAMPLE).items()}
-    time = np.arange(6 * N_SAMPLE) / FREQUENCY
-    change(time[3000:], {channel: samples[3000:] for channel, samples in rows.items()})
-    return Chunk(time, rows, begins_anew=True)
+UNSOUND = {
+    "stuck": lambda p: np.full(p.size, p[0]),
+    "clipped": lambda p: np.minimum(p, 9.5e6),
+    "novel": lambda p: p + 20e6,
+    "held": lambda p: p[np.arange(p.size) // 10 * 10],
+    "interpolated": lambda p: np.interp(np.arange(p.size), np.arange(p.size)[::10], p[::10]),
+}
+CLOCKS = {
+    "slower": lambda time: time[0] + 1.1 * (time - time[0]),
+    "jittering": lambda time: time + 0.4 * np.sin(0.3 * np.arange(time.size)) / FREQUENCY,
+}
 
 
-def stuck(_, rows):
-    rows[Channel.CHAMBER_1_PRESSURE][:] = rows[Channel.CHAMBER_1_PRESSURE][0]
-
-
-def clipped(_, rows):
-    np.minimum(rows[Channel.CHAMBER_1_PRESSURE], 9.5e6, out=rows[Channel.CHAMBER_1_PRESSURE])
-
-
-def novel(_, rows):
-    rows[Channel.CHAMBER_1_PRESSURE][:] += 20e6
-
-
-def slower(time, _):
-    time[:] = time[0] + 1.1 * (time - time[0])
-
-
-def held_samples(_, rows):
-    samples = rows[Channel.CHAMBER_1_PRESSURE]
-    samples[:] = samples[np.arange(samples.size) // 10 * 10]
-
-
-def interpolated(time, rows):
-    samples = rows[Channel.CHAMBER_1_PRESSURE]
-    samples[:] = np.interp(time, time[::10], samples[::10])
-
-
-def jittering(time, _):
-    time += 0.4 * np.sin(0.3 * np.arange(time.size)) / FREQUENCY
-
-
-@pytest.mark.parametrize("change", [held_samples, interpolated])
-def test_the_true_rate_of_a_slow_channel_is_named(change):
-    rows = {channel: samples.copy() for channel, samples in signals(3, N_SAMPLE).items()}
-    change(np.arange(N_SAMPLE) / FREQUENCY, rows)
-    records = RecordBatch({P1: rows[P1][None]}, FREQUENCY, ("a",))
+@pytest.mark.parametrize("name", ["held", "interpolated"])
+def test_the_true_rate_of_a_slow_channel_is_named(name):
+    records = RecordBatch({P1: UNSOUND[name](signals(3, N_SAMPLE)[P1])[None]}, FREQUENCY, ("a",))
     (found,) = findings(records, healthy_ranges([P1]))
     assert (found.kind, f"{FREQUENCY / 10:g} Hz" in found.message) == ("stuck", True)
 
@@ -381,14 +346,17 @@ def test_the_true_rate_of_a_slow_channel_is_named(change):
 @pytest.mark.parametrize(
     ("change", "kind"),
     [
-        (stuck, "stuck"), (clipped, "clipped"), (novel, "novel"), (slower, "other_rate"),
-        (held_samples, "stuck"), (jittering, "uneven"),
+        ("stuck", "stuck"), ("clipped", "clipped"), ("novel", "novel"), ("slower", "other_rate"),
+        ("held", "stuck"), ("jittering", "uneven"),
     ],
 )  # fmt: skip
 def test_estimates_of_unsound_samples_are_not_judged(change, kind):
     file = follower_of("sliding", **SLIDING).file
     follower = Detector(file.model_copy(update={"ranges": healthy_ranges(file.channels)}))
-    whole = long_piece(change)
+    time, rows = np.arange(6 * N_SAMPLE) / FREQUENCY, signals(3, 6 * N_SAMPLE)
+    for samples, changes in ((time, CLOCKS), (rows[P1], UNSOUND)):
+        samples[3000:] = changes.get(change, np.array)(samples[3000:])
+    whole = Chunk(time, rows, begins_anew=True)
     instants, verdicts = followed(follower, whole)
     before = [verdict.fault for time, verdict in zip(instants, verdicts, strict=True) if time < 3.0]
     after = [verdict for time, verdict in zip(instants, verdicts, strict=True) if time > 4.1]

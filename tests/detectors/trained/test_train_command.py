@@ -150,12 +150,7 @@ def test_settings_come_from_a_file_and_options_win(hydrofdi, tmp_path):
 
 def test_a_chart_keeps_a_stated_time_between_false_alarms_if_the_hours_carry_it(hydrofdi, tmp_path):
     write_record(tmp_path / "run.csv", 1, n_sample=4000)
-    asked = (
-        "train",
-        "run.csv",
-        *DETECTOR,
-        *["--out", "detector.json", "--window", "1s", "--false-alarm-every"],
-    )
+    asked = "train", "run.csv", *DETECTOR, *TRAIN[-2:], "--window", "1 s", "--false-alarm-every"
     done = hydrofdi(*asked, "10 s", "--chart", "ewma")
     assert done.returncode == 0, done.stderr
     file = load_detector(tmp_path / "detector.json")

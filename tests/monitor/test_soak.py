@@ -6,37 +6,24 @@ import sqlite3
 import subprocess
 import time
 from contextlib import closing, suppress
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hydrofdi.api.run import simulate
-from hydrofdi.config import load_experiment
 from tests.commands import COMMAND, run, wait_until
+from tests.monitor.machines import ONSET
 
-CONFIG = Path(__file__).parents[2] / "configs" / "motions" / "closed-loop.yaml"
-FREQUENCY, RECORD, START = 500, 22.0, 2.0
-_LEAK = "leakage.internal_coefficient=5e-9"
-_NOISE = 2e4
-"""Of P1, anew in each repetition [Pa]."""
+FREQUENCY = 500
 _OF_ONE_LIFE = ("started", "resumed", "stopped")
 
 
-def pressure(*settings):
-    """P1 in closed loop [Pa], without the start of the motion."""
-    columns = simulate(load_experiment(CONFIG, [f"record.duration={RECORD} s", *settings])).columns
-    after = np.ravel(columns["time"]) >= START
-    return np.ravel(columns["chamber_1_pressure"])[after]
-
-
-def stream(n_minute, seed):
+def stream(machine, n_minute, seed):
     """Rows of time [s] and P1 [bar]: a leak sets in after two thirds, and all that goes wrong on the way."""
     draw = np.random.default_rng(seed)
     n_sample = 60 * n_minute * FREQUENCY
-    healthy, leaking = (np.resize(each, n_sample) for each in (pressure(), pressure(_LEAK)))
+    time, pressure = np.loadtxt(machine.stream, delimiter=",", skiprows=1, unpack=True)
+    healthy, leaking = (np.resize(pressure[part], n_sample) for part in (time < ONSET, time >= ONSET))
     samples = np.where(np.arange(n_sample) < 2 * n_sample // 3, healthy, leaking)
-    samples = (samples + _NOISE * draw.standard_normal(n_sample)) / 1e5
     rows = np.column_stack([np.arange(n_sample) / FREQUENCY, samples])
     for _ in range(4 * n_minute):
         at, n = draw.integers(len(rows)), draw.integers(1, 1000)
@@ -52,33 +39,18 @@ def stream(n_minute, seed):
     return rows
 
 
-def write(path, rows):
-    np.savetxt(path, rows, delimiter=",", header="time [s],P1 [bar]", comments="", fmt="%.9g")
-
-
-def trained(folder, seed):
-    """A detector of healthy minutes in closed loop."""
-    draw = np.random.default_rng(seed)
-    samples = np.resize(pressure(), 180 * FREQUENCY)
-    samples = (samples + _NOISE * draw.standard_normal(samples.size)) / 1e5
-    healthy, detector = folder / "healthy.csv", folder / "detector.json"
-    write(healthy, np.column_stack([np.arange(samples.size) / FREQUENCY, samples]))
-    options = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "5 %", "--out", detector)
-    run("train", healthy, *options, "--window", "2 s", check=0)
-    return detector
-
-
 def said(log):
     """What does not tell of one life alone."""
     lines = log.read_text().splitlines()
     return [line for line in lines if json.loads(line).get("event") not in _OF_ONE_LIFE]
 
 
-def soak(folder, n_minute, n_kill, seed=0, longest=0.4):
+def soak(machine, folder, n_minute, n_kill, seed=0, longest=0.4):
     """Its log and its output are those of an undisturbed monitor; gives how many lives took up a state."""
-    chance, detector = random.Random(seed), trained(folder, seed)
+    chance, detector = random.Random(seed), machine.detector
     whole, growing, undisturbed = folder / "whole.csv", folder / "growing.csv", folder / "undisturbed.jsonl"
-    write(whole, stream(n_minute, seed))
+    rows, header = stream(machine, n_minute, seed), "time [s],P1 [bar]"
+    np.savetxt(whole, rows, delimiter=",", header=header, comments="", fmt="%.9g")
     lines = whole.read_text().splitlines(keepends=True)
     for _ in range(2 * n_minute):
         lines.insert(chance.randrange(2, len(lines)), "no row\n")
@@ -131,8 +103,8 @@ def _write_slowly(file, content, duration):
 @pytest.mark.parametrize(
     ("n_minute", "n_kill"), [(5, 5), pytest.param(60, 50, marks=pytest.mark.long)], ids=["short", "an hour"]
 )
-def test_killed_at_random_moments_it_says_what_the_undisturbed_one_says(n_minute, n_kill, tmp_path):
-    assert soak(tmp_path, n_minute, n_kill) >= n_kill // 2
+def test_killed_at_random_moments_it_says_what_the_undisturbed_one_says(machine, n_minute, n_kill, tmp_path):
+    assert soak(machine, tmp_path, n_minute, n_kill) >= n_kill // 2
     records = [json.loads(line) for line in said(tmp_path / "log")]
     numbers = [record["number"] for record in records if record["line"] == "window"]
     events = {record["event"] for record in records if record["line"] == "event"}

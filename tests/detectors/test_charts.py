@@ -279,5 +279,4 @@ def autoregressive(seed, n_stream, n_time, memory, between=0.0):
 
 
 def true_mean_time(chart, limit, scores, interval):
-    """Mean time between false alarms over one long operation, by counting."""
     return scores.size * interval / max(int(np.sum(chart.follow(scores.reshape(1, -1), limit) >= limit)), 0.3)

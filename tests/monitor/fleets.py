@@ -35,7 +35,6 @@ def write_fleet(folder, machines, **keys):
 
 
 def later(chunk, seconds):
-    """The same samples so many seconds later."""
     return Chunk(chunk.time + seconds, chunk.channels)
 
 

@@ -29,7 +29,6 @@ class Machine:
 
     @property
     def n_window(self):
-        """Windows of the stream."""
         return round((END - START) / WINDOW)
 
 

@@ -140,7 +140,6 @@ def test_a_source_that_failed_is_tried_again_and_its_reason_said_once(fleet, tmp
 
 
 def test_patterns_choose_detectors_and_with_a_new_one_a_machine_goes_on_counting(fleet, tmp_path):
-    """A machine without one is said."""
     (tmp_path / "fine.json").write_text(detector_text(made_detector(every=0.5)))
     said, chosen = [], {"m0": "fine.json", "m[1]": "detector.json"}
     for detectors in (chosen, "fine.json"):

@@ -40,7 +40,6 @@ class Follower:
         self.start(position)
 
     def read(self):
-        """Read until nothing comes."""
         while True:
             before = self.source.position
             reading = reading_of(self.source, 0.0)
@@ -261,7 +260,6 @@ def opened(file, position=(), **options):
 
 @contextmanager
 def writing(writer, *pieces):
-    """Pieces are written by another thread."""
 
     def write():
         for piece in pieces:

@@ -32,7 +32,6 @@ def sink(server):
 
 
 def read(server, accepted="text/plain", parsed=text_string_to_metric_families):
-    """Families over HTTP, in a format."""
     request = urllib.request.Request(server.url, headers={"Accept": accepted})
     with urllib.request.urlopen(request, timeout=30) as answer:
         return [*parsed(answer.read().decode())]
@@ -60,15 +59,13 @@ def test_windows_are_counted_by_what_is_said_of_them(server, sink):
     stuck = Issue("P1 does not move", kind="stuck")
     sink.put(None, [window(False), window(False), window(True), window(None, None, stuck, Condition.ALARM)])
     values = served(server)
-    assert values["hydrofdi_windows_judged_total", "false"] == 2
-    assert values["hydrofdi_windows_judged_total", "true"] == 1
-    assert values["hydrofdi_windows_not_judged_total", "stuck"] == 1
+    assert values.items() >= {
+        ("hydrofdi_windows_judged_total", "false"): 2, ("hydrofdi_windows_judged_total", "true"): 1,
+        ("hydrofdi_windows_not_judged_total", "stuck"): 1, ("hydrofdi_threshold", "high"): 5.0,
+        ("hydrofdi_score",): 2.0, ("hydrofdi_margin",): 3.0, ("hydrofdi_chart_statistic",): 1.5,
+        ("hydrofdi_chart_limit",): 8.0,
+    }.items()  # fmt: skip
     assert [values["hydrofdi_condition", each.value] for each in Condition] == [0.0, 0.0, 1.0]
-    assert values["hydrofdi_score",] == 2.0
-    assert values["hydrofdi_margin",] == 3.0
-    assert values["hydrofdi_chart_statistic",] == 1.5
-    assert values["hydrofdi_chart_limit",] == 8.0
-    assert values["hydrofdi_threshold", "high"] == 5.0
     assert ("hydrofdi_threshold", "low") not in values
     novel = Issue("P1 is unlike the healthy ones", kind="novel")
     verdicts = [Verdict(9.0, None, margin, novel) for margin in (-2.0, 1.0, -3.0)]
@@ -77,16 +74,6 @@ def test_windows_are_counted_by_what_is_said_of_them(server, sink):
     assert values["hydrofdi_windows_not_judged_total", "novel"] == 3
     assert values["hydrofdi_windows_not_judged_beyond_limit_total",] == 2
     assert values["hydrofdi_margin",] == -3.0
-
-
-def test_events_are_counted_with_their_repetitions_and_without_their_ends(server, sink):
-    gap = Event(EventKind.GAP, "a gap", count=3)
-    more = Event(EventKind.GAP, "", count=2, is_silent=True)
-    end = Event(EventKind.GAP, "", count=5, is_end=True)
-    sink.put(None, [gap, more, end, Event(EventKind.ALARM_RAISED, "alarm")])
-    values = served(server)
-    assert values["hydrofdi_events_total", "gap"] == 5
-    assert values["hydrofdi_alarms_total",] == 1
 
 
 def test_machines_that_share_a_server_are_told_apart_and_one_that_goes_leaves_nothing(server, sink):
@@ -103,9 +90,16 @@ def test_machines_that_share_a_server_are_told_apart_and_one_that_goes_leaves_no
     assert served(server)["hydrofdi_windows_judged_total", "true"] == 1
 
 
-def test_samples_are_counted_and_the_lag_is_that_of_the_wall_clock(server, sink):
-    sink.put(Chunk(np.array([0.0, 0.5]), {}), [])
+def test_samples_and_events_are_counted_and_the_lag_is_that_of_the_wall_clock(server, sink):
+    """Events with their repetitions and without their ends."""
+    gap = Event(EventKind.GAP, "a gap", count=3)
+    more = Event(EventKind.GAP, "", count=2, is_silent=True)
+    end = Event(EventKind.GAP, "", count=5, is_end=True)
+    events = [gap, more, end, Event(EventKind.ALARM_RAISED, "alarm")]
+    sink.put(Chunk(np.array([0.0, 0.5]), {}), events)
     values = served(server)
+    assert values["hydrofdi_events_total", "gap"] == 5
+    assert values["hydrofdi_alarms_total",] == 1
     assert values["hydrofdi_samples_total",] == 2
     assert values["hydrofdi_last_sample_time_seconds",] == 0.5
     assert ("hydrofdi_lag_seconds",) not in values
@@ -113,14 +107,15 @@ def test_samples_are_counted_and_the_lag_is_that_of_the_wall_clock(server, sink)
     assert 1000.0 <= served(server)["hydrofdi_lag_seconds",] < 1100.0
 
 
+def address_of(server):
+    return "127.0.0.1", int(server.url.split(":")[2].partition("/")[0])
+
+
 def test_silent_clients_are_dropped_and_nothing_listens_after_the_end(closing, monkeypatch):
     monkeypatch.setattr(metrics, "_PATIENCE", 0.5)
     server = MetricsServer("127.0.0.1:0")
     MetricsSink(server, PRESS, FILE)
-    n_thread, address = (
-        threading.active_count(),
-        ("127.0.0.1", int(server.url.split(":")[2].partition("/")[0])),
-    )
+    n_thread, address = threading.active_count(), address_of(server)
     with ExitStack() as stack:
         clients = [stack.enter_context(socket.create_connection(address)) for _ in range(20)]
         clients[0].sendall(b"GET /metrics HTTP/1.1\r\n")
@@ -139,10 +134,10 @@ def test_clients_that_send_half_a_request_delay_no_others(closing, monkeypatch):
     monkeypatch.setattr(metrics, "_PATIENCE", 3600.0)
     server = closing(MetricsServer("127.0.0.1:0"))
     MetricsSink(server, PRESS, FILE)
-    address = "127.0.0.1", int(server.url.split(":")[2].partition("/")[0])
     with ExitStack() as stack:
         for _ in range(5):
-            stack.enter_context(socket.create_connection(address)).sendall(b"GET /metrics HTTP/1.1\r\n")
+            client = stack.enter_context(socket.create_connection(address_of(server)))
+            client.sendall(b"GET /metrics HTTP/1.1\r\n")
         assert served(server)["hydrofdi_alarms_total",] == 0
 
 

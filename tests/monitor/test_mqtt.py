@@ -26,7 +26,6 @@ from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND, wait_until
 from tests.commands import run as run_command
 from tests.monitor.brokers import SECRET, Broker, client_at, needs_mosquitto, running
-from tests.monitor.machines import make_machine
 from tests.monitor.streams import reading_of
 
 DETECTOR = Path("detector.json")
@@ -88,7 +87,6 @@ def publisher_at(address, config=None):
 
 @contextmanager
 def killed(command, **options):
-    """A process that is killed at the end."""
     with subprocess.Popen(command, **options) as process:
         try:
             yield process
@@ -97,7 +95,6 @@ def killed(command, **options):
 
 
 def until(source, condition, *, confirms=True, timeout=30.0):
-    """All readings until a condition on them holds."""
     readings, end = [], time.monotonic() + timeout
     while not condition(readings):
         assert time.monotonic() < end, readings
@@ -112,12 +109,10 @@ def events(readings, kind=None):
 
 
 def unread(readings):
-    """Why messages could not be read."""
     return [text for each in readings if each.chunk for text in each.chunk.unread.values()]
 
 
 def connected(source):
-    """Wait for the connection."""
     return until(source, lambda readings: events(readings, EventKind.CONNECTED))
 
 
@@ -126,7 +121,6 @@ def times(readings):
 
 
 def through(*blocks):
-    """Whether the last sample of the last block is there."""
     return lambda readings: blocks[-1].time[-1] in times(readings)
 
 
@@ -398,8 +392,10 @@ def windows(log):
 
 
 @pytest.mark.long
-def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(guarded, tmp_path, monkeypatch):
-    machine, folder = make_machine(tmp_path), tmp_path / "life"
+def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(
+    machine, guarded, tmp_path, monkeypatch
+):
+    folder = tmp_path / "life"
     folder.mkdir()
     run_command(
         "monitor", machine.detector, machine.stream, "--no-follow", "--log", tmp_path / "expected", check=0

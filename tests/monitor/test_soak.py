@@ -85,7 +85,6 @@ def soak(machine, folder, n_minute, n_kill, seed=0, longest=0.4):
 
 
 def _has_stored(state):
-    """Whether the monitor has stored where it is."""
     with (
         suppress(sqlite3.OperationalError),
         closing(sqlite3.connect(f"file:{state}?mode=ro", uri=True)) as file,

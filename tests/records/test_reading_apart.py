@@ -27,7 +27,6 @@ def read(folder, suffix):
 
 
 def readers(process=None):
-    """Processes that a process has started to read files."""
     program = opening.array_reader.__file__
     children = psutil.Process(process).children()
     return [child for child in children if not has_ended(child) and program in child.cmdline()]

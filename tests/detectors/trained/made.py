@@ -101,7 +101,6 @@ def with_chart(file, chart="cusum", limit=8.0, **options):
 
 
 def noise_detector(folder, **config):
-    """The file of a detector of the noise of P1."""
     path = folder / "detector.json"
     path.write_text(detector_text(with_limit(1.2, has_ranges=True, **config)), encoding="utf-8")
     return path

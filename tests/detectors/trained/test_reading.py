@@ -71,7 +71,6 @@ def load(tmp_path):
 
 
 def places(value, path=()):
-    """The paths of all parts of a record."""
     yield path
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, part in items:
@@ -79,7 +78,6 @@ def places(value, path=()):
 
 
 def changed(record, path, value):
-    """A copy of a record with another value at a path."""
     if not path:
         return value
     copy = json.loads(json.dumps(record))

@@ -12,6 +12,7 @@ import pytest
 
 from tests.commands import COMMAND, run, wait_until
 from tests.monitor.machines import ONSET
+from tests.records.measuring import csv_of
 
 FREQUENCY = 500
 _OF_ONE_LIFE = ("started", "resumed", "stopped")
@@ -49,9 +50,8 @@ def soak(machine, folder, n_minute, n_kill, seed=0, longest=0.4):
     """Its log and its output are those of an undisturbed monitor; gives how many lives took up a state."""
     chance, detector = random.Random(seed), machine.detector
     whole, growing, undisturbed = folder / "whole.csv", folder / "growing.csv", folder / "undisturbed.jsonl"
-    rows, header = stream(machine, n_minute, seed), "time [s],P1 [bar]"
-    np.savetxt(whole, rows, delimiter=",", header=header, comments="", fmt="%.9g")
-    lines = whole.read_text().splitlines(keepends=True)
+    instants, samples = stream(machine, n_minute, seed).T
+    lines = csv_of(("time [s]", instants), ("P1 [bar]", samples)).splitlines(keepends=True)
     for _ in range(2 * n_minute):
         lines.insert(chance.randrange(2, len(lines)), "no row\n")
     whole.write_text("".join(lines))

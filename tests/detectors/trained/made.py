@@ -16,6 +16,7 @@ from hydrofdi.detectors.trained.file import (
 from hydrofdi.detectors.trained.verdicts import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
+from tests.records.measuring import csv_of
 
 FREQUENCY = 1000.0
 
@@ -118,7 +119,5 @@ def pressure(n_window=5, seed=1, leaking=()):
 
 def written(path, samples, frequency=FREQUENCY, name="P1 [Pa]"):
     time = np.arange(samples.size) / frequency
-    rows = zip(time.tolist(), samples.tolist(), strict=True)
-    lines = (f"{instant!r},{value!r}\n" for instant, value in rows)
-    path.write_text("".join([f"time [s],{name}\n", *lines]), encoding="utf-8")
+    path.write_text(csv_of(("time [s]", time), (name, samples)), encoding="utf-8")
     return path

@@ -16,6 +16,7 @@ from hydrofdi.errors import Issue, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from tests.commands import run_hydrofdi
 from tests.detectors.trained.test_training import trained
+from tests.records.measuring import csv_of
 
 MEAN = {
     "indicator": "pressure_statistics",
@@ -104,10 +105,8 @@ def test_columns_in_degrees_celsius_are_read_by_files_and_streams(tmp_path):
     def write(name, temperature, n):
         time = np.arange(100 * n) / 100.0
         samples = 85.0 + 0.1 * np.random.default_rng(n).standard_normal(time.size)
-        oil = np.full(time.size, temperature)
-        columns = np.column_stack([time, samples, oil])
-        np.savetxt(tmp_path / name, columns, "%.6f", ",", header="time [s],P1 [bar],oil temperature [°C]",
-                   comments="", encoding="utf-8")  # fmt: skip
+        oil = "oil temperature [°C]", np.full(time.size, temperature)
+        (tmp_path / name).write_text(csv_of(("time [s]", time), ("P1 [bar]", samples), oil), encoding="utf-8")
 
     write("healthy.csv", 40.0, 30)
     write("hot.csv", 80.0, 2)

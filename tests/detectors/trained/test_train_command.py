@@ -8,6 +8,7 @@ import pytest
 
 from hydrofdi.detectors.trained.file import load_detector
 from tests.conftest import sweep_in
+from tests.records.measuring import csv_of
 
 HEADER = "time [s],P1 [bar],P2 [bar],u [V]"
 
@@ -17,16 +18,9 @@ def write_record(path, seed, leak=0.0, n_sample=400):
     draw = np.random.default_rng(seed)
     time = np.arange(n_sample) / 100.0
     swing = (1.0 - leak) * np.sin(2.0 * np.pi * time)
-    rows = np.column_stack(
-        [
-            time,
-            80.0 + 20.0 * swing + 0.2 * draw.standard_normal(n_sample),
-            80.0 - 20.0 * swing + 0.2 * draw.standard_normal(n_sample),
-            np.sign(swing),
-        ]
-    )
+    p1, p2 = (80.0 + sign * 20.0 * swing + 0.2 * draw.standard_normal(n_sample) for sign in (1.0, -1.0))
     path.parent.mkdir(exist_ok=True)
-    np.savetxt(path, rows, fmt="%.6g", delimiter=",", header=HEADER, comments="")
+    path.write_text(csv_of(*zip(HEADER.split(","), (time, p1, p2, np.sign(swing)), strict=True)))
 
 
 MEASURED = """\

@@ -31,14 +31,14 @@ from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
 _GENERATORS = {
-    **dict.fromkeys(("linspace", "logspace"), ("first", "last", "count")),
+    **dict.fromkeys(("linspace", "logspace", "geomspace"), ("first", "last", "count")),
     **dict.fromkeys(("arange", "steps"), ("first", "last", "step")),
 }
-_ENDS = {"from": "first", "to": "last", "num": "count", "step": "step"}
+_ENDS = {"from": "first", "start": "first", "to": "last", "stop": "last", "num": "count", "step": "step"}
 """Key of an axis that is a mapping → its role."""
 _AXIS = (
     "an axis is a list of values, {from, to, num}, {from, to, step}, {linspace: [first, last, count]} (or"
-    " logspace), {arange: [first, last, step]}, or a text such as '551 MPa:827 MPa:3'"
+    " logspace, geomspace), {arange: [first, last, step]}, or a text such as '551 MPa:827 MPa:3'"
 )
 _DISTRIBUTIONS: dict[str, tuple[str, ...]] = {kind: law.arguments for kind, law in LAWS.items()}
 _DISTRIBUTIONS["choice"] = ()
@@ -371,7 +371,7 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
 def _range(kind: str, first: float, last: float, third: float) -> list[float]:
     if kind == "linspace":
         return [float(value) for value in np.linspace(first, last, int(third))]
-    if kind == "logspace":
+    if kind in ("logspace", "geomspace"):
         if first <= 0.0 or last <= 0.0:
             raise ValueError(f"{kind} needs ends above zero")
         return [float(value) for value in np.geomspace(first, last, int(third))]

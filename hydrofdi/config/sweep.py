@@ -264,9 +264,36 @@ class SampleConfig(Section):
     and triangular, and the standard deviation of normal."""
 
 
+_VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "boolean"}]}
+
+
+def _generator(name: str, third: str) -> dict[str, Any]:
+    items = {"type": "array", "prefixItems": [_VALUE, _VALUE, _VALUE], "minItems": 3, "maxItems": 3}
+    return {
+        "type": "object",
+        "properties": {name: items | {"description": f"[first, last, {third}]"}},
+        "required": [name],
+        "additionalProperties": False,
+    }
+
+
+def _between(first: str, last: str, third: str) -> dict[str, Any]:
+    properties = dict.fromkeys((first, last, third), _VALUE)
+    return {"type": "object", "properties": properties, "minProperties": 3, "additionalProperties": False}
+
+
 _AXIS = {
-    "type": ["array", "string", "object"],
-    "description": "values, {from, to, num or step}, {linspace: [first, last, count]}, first:last:count, …",
+    "anyOf": [
+        {"type": "array", "items": _VALUE, "minItems": 1},
+        {"type": "string", "description": "first:last:count, or first:last:step with a unit"},
+        *(_generator(kind, "count") for kind in ("linspace", "logspace", "geomspace")),
+        _generator("arange", "step"),
+        *(
+            _between(*ends, third)
+            for ends in (("from", "to"), ("start", "stop"))
+            for third in ("num", "step")
+        ),
+    ]
 }
 _AXES = {"type": "object", "additionalProperties": _AXIS}
 

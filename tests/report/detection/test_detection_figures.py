@@ -11,17 +11,11 @@ from hydrofdi.errors import ReportError
 from hydrofdi.report.figures import draw_figure, write_figure
 from hydrofdi.report.figures.detection.curves import bound_line
 from hydrofdi.report.forms.page import write_page
-from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judging import judge
-from tests.report.detection.made_up import P1, judged, made_up_records, made_up_score, report_of
+from tests.report.detection.made_up import judged, made_up_score, report_of
 from tests.studies.populations import rising, usual
 
 FIGURES = {"ranking", "pod", "roc", "det", "false_alarms", "densities"}
-
-
-def texts(figure):
-    found = figure.findobj(lambda artist: hasattr(artist, "get_text") and artist.get_text())
-    return " ".join(artist.get_text() for artist in found)
 
 
 def test_the_ranking_shows_what_is_found(detection):
@@ -32,11 +26,16 @@ def test_the_ranking_shows_what_is_found(detection):
         assert any(x == pytest.approx(first[name].severity * 6e4) for x in drawn)
 
 
+def leak_score(records):
+    return [made_up_score(records, "leak", gain=200.0, unit="m^3/s")]
+
+
+def leak_in_si(records):
+    return [replace(each, values=each.values * 1e-3 / 60.0) for each in leak_score(records)]
+
+
 def test_densities_of_flows_are_drawn_in_litres_per_minute():
-    records = made_up_records()
-    score = made_up_score(records, "leak", gain=200.0, unit="m^3/s")
-    scaled = replace(score, values=score.values * 1e-3 / 60.0)
-    detection = detect(records, [scaled], Rules())
+    detection = judged(leak_in_si)
     (axis,) = draw_figure(report_of(detection), "densities").axes
     assert axis.get_xlabel() == "score [L/min]"
     threshold = 6e4 * detection.judgements[0].threshold.high
@@ -82,13 +81,8 @@ def test_a_study_that_carries_little_is_drawn_as_far_as_it_goes(chosen, tmp_path
     assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower()
 
 
-def study(gain, shift=0.0, **chosen):
-    records = made_up_records(**chosen)
-    return detect(records, [made_up_score(records, "one", gain=gain, shift=shift, channels=(P1,))], Rules())
-
-
 def test_densities_show_scores_beyond_the_axis_as_a_share():
-    detection = study(200.0, severities=(0.001, 0.01, 0.1, 0.3, 1.0))
+    detection = judged(leak_score, severities=(0.001, 0.01, 0.1, 0.3, 1.0))
     (axis,) = draw_figure(report_of(detection), "densities").axes
     assert [text.get_text() for text in axis.texts].count("100 % →") == 2
     assert len(axis.patches) == 2 * (len(detection.records.populations) - 2), "no bar of what lies beyond"
@@ -100,17 +94,14 @@ def test_a_figure_that_a_study_does_not_have_is_refused_with_those_it_has(detect
     assert not list(tmp_path.iterdir())
 
 
-def titled(axis):
-    return "".join(axis.get_title(loc="left").split())
-
-
 def test_the_drawn_curves_reach_ninety_percent_where_it_is_stated():
     """The curve at q90, and its bound at q90/95; neither is drawn where a severity comes from the levels."""
     detection = judged(n_healthy=200, n_other=60, severities=(0.05, 0.1, 0.2, 0.5, 1.0))
     by_name = {each.scored.name: each for each in detection.judgements}
     seen = set()
     for axis in draw_figure(report_of(detection), "pod").axes:
-        smallest = next(by_name[name] for name in by_name if name in titled(axis)).smallest
+        title = "".join(axis.get_title(loc="left").split())
+        smallest = next(by_name[name] for name in by_name if name in title).smallest
         curves = [line for line in axis.lines if len(line.get_xdata()) > 10]
         for name, is_solid, tolerance in (("q90", True, 1.0), ("q90_95", False, 0.5)):
             stated = smallest.get(name)

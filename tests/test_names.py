@@ -6,7 +6,7 @@ from hydrofdi.config import RunParameters, expand_runs
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.config.request import SYMBOLS, full_name, parameter_names
 
-EBM, K_I = "fluid.bulk_modulus", "leakage.internal_coefficient"
+EBM = "fluid.bulk_modulus"
 
 
 def test_a_symbol_stands_for_one_parameter_and_is_not_the_last_part_of_another():

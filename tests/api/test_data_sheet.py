@@ -132,10 +132,7 @@ def test_a_wrong_number_names_its_key_and_writes_nothing(wrong, key, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-MACHINES = [name for name in ready_names() if name.startswith("machines/")]
-
-
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("name", [name for name in ready_names() if name.startswith("machines/")])
 def test_a_ready_machine_is_what_its_own_command_writes(name):
     text = (ready_folder() / f"{name}.yaml").read_text()
     head, _, body = text.partition("\n\n")
@@ -151,40 +148,41 @@ def test_a_ready_machine_is_what_its_own_command_writes(name):
     assert body == sheet_text(stated, given)
 
 
-def without_study(file):
-    """The experiment of a file with one record, on which the same options act as in a population."""
-    made = load_experiment(file).model_dump(exclude_defaults=True)
-    made.pop("study")
-    made["actuator"].setdefault("inclination", 1e-30)
-    made["fluid"]["temperature_rise"] = 0.01
-    made["valve"] |= {"hysteresis": 1e-4, "null_offset": 1e-9}
-    return made
-
-
-def outside(**settings):
-    """Quantities of the nominal press that are outside their usual range, in their order."""
-    found = hydrofdi.check(settings.pop("experiment"), **settings).plausibility
+def outside(made, **settings):
+    """Quantities of a machine that are outside their usual range, in their order."""
+    found = hydrofdi.check(made, **settings).plausibility
     return [each["quantity"].partition(" ")[0] for each in found if each["change"]]
 
 
-def test_a_stroke_ten_times_too_long_and_a_fast_valve_are_told(tmp_path):
+@pytest.fixture
+def single(tmp_path):
+    """Writes a machine with one record, on which the same options act as in a population."""
+
+    def write(sheet, **record):
+        file = hydrofdi.init("press", folder=tmp_path, **sheet)
+        made = load_experiment(file).model_dump(exclude_defaults=True)
+        made.pop("study")
+        made["actuator"].setdefault("inclination", 1e-30)
+        made["fluid"]["temperature_rise"] = 0.01
+        made["valve"] |= {"hysteresis": 1e-4, "null_offset": 1e-9}
+        return made | {"record": record}
+
+    return write
+
+
+def test_a_stroke_ten_times_too_long_and_a_fast_valve_are_told(single):
     slender = dict(PRESS, stroke="4 m", valve="40 L/min at 7 bar")
-    file = hydrofdi.init("press", folder=tmp_path, **slender)
-    made = without_study(file) | {"record": {"duration": 1.0}}
-    assert outside(experiment=made)[:2] == ["stroke", "largest"]
+    assert outside(single(slender, duration=1.0))[:2] == ["stroke", "largest"]
 
 
-def test_the_table_names_what_is_unusual_causes_first(tmp_path):
-    file = hydrofdi.init("press", folder=tmp_path, **PRESS)
-    made = without_study(file) | {"record": {"duration": 4.0, "sampling_frequency": 500.0}}
-    assert outside(experiment=made) == []
-    assert outside(experiment=made, random_force=0.0, constant_force="0.1 N") == ["load"]
-    assert outside(experiment=made, area_gradient="1 mm")[:1] == ["valve"]
-    assert outside(experiment=made, area_gradient=made["valve"]["area_gradient"] / 4.0) == ["valve"]
-    assert (
-        outside(experiment=made, bulk_modulus=made["fluid"]["bulk_modulus"] / 10.0)[0] == "fluid.bulk_modulus"
-    )
-    assert outside(experiment=made, viscous=0.0) == ["hydraulic"]
-    assert outside(experiment=made, mass="400 t", step="0.1 ms")[:2] == ["actuator.mass", "natural"]
-    assert outside(experiment=made, constant_force="-60 kN")[0] == "load"
-    assert outside(experiment=made, inclination="-90 deg", mass="2 t") == ["time"]
+def test_the_table_names_what_is_unusual_causes_first(single):
+    made = single(PRESS, duration=4.0, sampling_frequency=500.0)
+    assert outside(made) == []
+    assert outside(made, random_force=0.0, constant_force="0.1 N") == ["load"]
+    assert outside(made, area_gradient="1 mm")[:1] == ["valve"]
+    assert outside(made, area_gradient=made["valve"]["area_gradient"] / 4.0) == ["valve"]
+    assert outside(made, bulk_modulus=made["fluid"]["bulk_modulus"] / 10.0)[0] == "fluid.bulk_modulus"
+    assert outside(made, viscous=0.0) == ["hydraulic"]
+    assert outside(made, mass="400 t", step="0.1 ms")[:2] == ["actuator.mass", "natural"]
+    assert outside(made, constant_force="-60 kN")[0] == "load"
+    assert outside(made, inclination="-90 deg", mass="2 t") == ["time"]

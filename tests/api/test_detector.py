@@ -66,9 +66,8 @@ def test_a_stream_in_chunks_of_any_size_gives_the_lines_of_the_monitor(trained, 
 def test_chunks_of_frames_keep_their_dates(trained, samples):
     dates = pandas.date_range("2026-01-31T12:00Z", periods=samples.size, freq="1ms")
     frame = pandas.DataFrame({"P1 [bar]": samples / 1e5}, index=dates)
-    lines = hydrofdi.Detector.load(trained).watch(
-        frame.iloc[first : first + 300] for first in range(0, 5000, 300)
-    )
+    chunks = (frame.iloc[first : first + 300] for first in range(0, 5000, 300))
+    lines = hydrofdi.Detector.load(trained).watch(chunks)
     starts = [line["start"] for line in lines if line["line"] == "window"]
     noon = dates[0].timestamp()
     np.testing.assert_allclose(starts, noon + 0.5 * np.arange(9), rtol=0.0, atol=1e-5)

@@ -9,61 +9,48 @@ import hydrofdi
 from tests.commands import run_json
 
 RATE = 500.0
+SAID = {"sampling_frequency": "500 Hz"}
+PRESSURE = 5e6 + 1e4 * np.random.default_rng(1).standard_normal(4000)
+SECONDS = np.arange(PRESSURE.size) / RATE
+DATES = pandas.date_range("2026-01-31T12:00", periods=PRESSURE.size, freq="2ms")
 
 
 @pytest.fixture(scope="module")
-def signals():
-    leaking = hydrofdi.simulate(internal_flow="0.2 L/min", duration="4 s").to_xarray()
-    return leaking[["chamber_1_pressure", "chamber_2_pressure", "input_voltage", "piston_velocity"]]
-
-
-@pytest.fixture(scope="module")
-def pressure(signals):
-    return signals.chamber_1_pressure.to_numpy()
-
-
-@pytest.fixture(scope="module")
-def expected(signals, pressure, tmp_path_factory):
-    """d2 by the command."""
+def expected(tmp_path_factory):
+    """A file of P1, and its d2 by the command."""
     file = tmp_path_factory.mktemp("rig") / "rig.csv"
-    rows = zip(signals.time.to_numpy().tolist(), pressure.tolist(), strict=True)
+    rows = zip(SECONDS.tolist(), PRESSURE.tolist(), strict=True)
     file.write_text("time [s],P1 [Pa]\n" + "".join(f"{time!r},{value!r}\n" for time, value in rows))
     (record,) = run_json("measure", file)["records"]
     return file, record["values"]["dwt.d2"]
 
 
-def holders(signals):
-    bar = signals.chamber_1_pressure.to_numpy() / 1e5
-    time = signals.time.to_numpy()
-    frame = pandas.DataFrame({"time [s]": time, "P1 [bar]": bar, "note": ["x"] * len(bar)})
-    rate = {"sampling_frequency": "500 Hz"}
-    return {
-        "array": (bar * 1e5, rate),
-        "list": ((bar * 1e5).tolist(), {"sampling_frequency": RATE}),
-        "mapping": ({"P1 [bar]": bar, "time": time}, {}),
-        "frame with index": (frame.set_index("time [s]"), {}),
-        "series": (pandas.Series(bar, name="pA"), {"unit": "bar", **rate}),
-        "clock": (
-            pandas.DataFrame(
-                {"P1 [bar]": bar}, index=pandas.Timestamp("2026-01-01") + pandas.to_timedelta(time, "s")
-            ),
-            {},
-        ),
-        "named column": (
-            frame.rename(columns={"P1 [bar]": "A"}),
-            {"channel": {"A": "P1"}, "unit": {"A": "bar"}},
-        ),
-        "dataset": (signals, {}),
-        "data array": (signals.chamber_1_pressure, {}),
-        "one of several": ({"P1": bar * 1e5, "P2": bar}, {"channel": "P1", **rate}),
-    }
-
-
-@pytest.mark.parametrize(
-    "name", holders(xarray.Dataset({"chamber_1_pressure": ("time", [0.0]), "time": [0.0]}))
+FRAME = pandas.DataFrame({"time [s]": SECONDS, "P1 [bar]": PRESSURE / 1e5, "note": "x"})
+INDEXED = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES)
+ARRAY = xarray.DataArray(
+    PRESSURE, {"time": ("time", SECONDS, {"units": "s"})}, name="chamber_1_pressure", attrs={"units": "Pa"}
 )
-def test_whatever_holds_the_samples_gives_the_numbers_of_the_command(name, signals, expected):
-    data, options = holders(signals)[name]
+HOLDERS = {
+    "array": (PRESSURE, SAID),
+    "list": (PRESSURE.tolist(), {"sampling_frequency": RATE}),
+    "mapping": ({"P1 [bar]": PRESSURE / 1e5, "time": SECONDS}, {}),
+    "frame with index": (FRAME.set_index("time [s]"), {}),
+    "series": (pandas.Series(PRESSURE / 1e5, name="pA"), {"unit": "bar", **SAID}),
+    "named column": (FRAME.rename(columns={"P1 [bar]": "A"}), {"channel": {"A": "P1"}, "unit": {"A": "bar"}}),
+    "dataset": (xarray.Dataset({"chamber_1_pressure": ARRAY, "chamber_2_pressure": -ARRAY}), {}),
+    "data array": (ARRAY, {}),
+    "one of several": ({"P1": PRESSURE, "P2": PRESSURE / 1e5}, {"channel": "P1", **SAID}),
+    "units beside": (pandas.DataFrame({"t": SECONDS, "P1": PRESSURE}), {"unit": {"t": "s", "P1": "Pa"}}),
+    "a counter": (pandas.DataFrame({"Time": np.arange(PRESSURE.size), "P1 [Pa]": PRESSURE}), SAID),
+    "dates with a zone": (INDEXED.set_index(DATES.tz_localize("Europe/Berlin")), {}),
+    "index of dates": (INDEXED.rename_axis("Zeit"), {}),
+    "dates": (INDEXED.rename_axis("timestamp").reset_index(), {}),
+    "texts": (INDEXED.rename_axis("Zeitstempel").reset_index().astype({"Zeitstempel": str}), {}),
+}
+
+
+@pytest.mark.parametrize(("data", "options"), HOLDERS.values(), ids=HOLDERS)
+def test_whatever_holds_the_samples_and_their_time_gives_the_numbers_of_the_command(data, options, expected):
     table = hydrofdi.measure(data, **options)
     assert len(table) == 1
     np.testing.assert_allclose(table["dwt.d2"], [expected[1]], rtol=1e-9)
@@ -78,8 +65,8 @@ def test_a_file_gives_the_bits_of_the_command(expected):
         assert table["record_id"][0] == "rig.csv"
 
 
-def test_a_table_turns_into_what_people_use(pressure):
-    table = hydrofdi.measure(pressure, {"dwt": {}, "volterra": {}}, sampling_frequency=RATE)
+def test_a_table_turns_into_what_people_use():
+    table = hydrofdi.measure(PRESSURE, {"dwt": {}, "volterra": {}}, sampling_frequency=RATE)
     data = table.to_xarray()
     assert data["dwt.d2"].dims == ("record",)
     assert data["dwt.d2"].attrs["units"] == "Pa"
@@ -90,26 +77,27 @@ def test_a_table_turns_into_what_people_use(pressure):
         table["dwt.d22"]
 
 
-def test_records_side_by_side_are_rows_with_their_names_and_reasons(signals, pressure):
-    table = hydrofdi.measure(np.stack([pressure, 2.0 * pressure]), sampling_frequency=RATE)
+def test_records_side_by_side_are_rows_with_their_names_and_reasons():
+    table = hydrofdi.measure(np.stack([PRESSURE, 2.0 * PRESSURE]), sampling_frequency=RATE)
     np.testing.assert_allclose(table["dwt.d1"][1], 2.0 * table["dwt.d1"][0])
     assert table["record_id"].tolist() == ["0", "1"]
-    stuck = np.full_like(pressure, 5e6)
-    table = hydrofdi.measure([pressure.tolist(), stuck.tolist()], sampling_frequency=RATE)
+    stuck = np.full_like(PRESSURE, 5e6)
+    table = hydrofdi.measure([PRESSURE.tolist(), stuck.tolist()], sampling_frequency=RATE)
     assert np.isnan(table["dwt.d2"]).tolist() == [False, True]
     assert table["status"].tolist() == ["ok", "stuck"]
     assert "chamber_1_pressure never changes" in table["reasons"][1]
+    signals = hydrofdi.simulate(internal_flow="0.2 L/min", duration="4 s").to_xarray()
     units = xarray.DataArray(["new", "old"], dims="unit", name="unit")
     both = xarray.concat([signals.chamber_1_pressure] * 2, dim=units)
-    data = signals.drop_vars("chamber_1_pressure").assign(chamber_1_pressure=both)
-    table = hydrofdi.measure(data, "dwt,cross_correlation")
+    others = signals[["chamber_2_pressure", "input_voltage", "piston_velocity"]]
+    table = hydrofdi.measure(others.assign(chamber_1_pressure=both), "dwt,cross_correlation")
     assert table["record_id"].tolist() == ["new", "old"]
     assert table["dwt.d2"][0] == table["dwt.d2"][1]
 
 
 HEALTHY = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((120, 500))
-SAID = {"sampling_frequency": "1 kHz"}
-WANTED = {"output": "d2", "direction": "both", "false_alarm_rate": "5 %", **SAID}
+AT_1_KHZ = {"sampling_frequency": "1 kHz"}
+WANTED = {"output": "d2", "direction": "both", "false_alarm_rate": "5 %", **AT_1_KHZ}
 OPTIONS = {"name": "db4"}
 
 
@@ -132,14 +120,14 @@ def test_every_form_trains_the_same_detector(form):
 
 
 def test_options_stand_beside_the_name_of_one_indicator():
-    beside = hydrofdi.measure(HEALTHY, "dwt", options={"levels": 3}, **SAID)
+    beside = hydrofdi.measure(HEALTHY, "dwt", options={"levels": 3}, **AT_1_KHZ)
     assert "dwt.d3" in beside.columns
-    assert beside.to_dict() == hydrofdi.measure(HEALTHY, {"dwt": {"levels": 3}}, **SAID).to_dict()
+    assert beside.to_dict() == hydrofdi.measure(HEALTHY, {"dwt": {"levels": 3}}, **AT_1_KHZ).to_dict()
     for indicators in ("all", "dwt,ring_down", ["dwt"], {"dwt": {}}):
         with pytest.raises(hydrofdi.HydrofdiError, match=r"^options: "):
-            hydrofdi.measure(HEALTHY, indicators, options={"levels": 3}, **SAID)
+            hydrofdi.measure(HEALTHY, indicators, options={"levels": 3}, **AT_1_KHZ)
     with pytest.raises(hydrofdi.HydrofdiError, match=r"levls.*'levels'"):
-        hydrofdi.measure(HEALTHY, "dwt", options={"levls": 3}, **SAID)
+        hydrofdi.measure(HEALTHY, "dwt", options={"levls": 3}, **AT_1_KHZ)
 
 
 GIVEN = {
@@ -181,49 +169,18 @@ def test_constants_that_nobody_gave_are_named_by_measure_and_by_a_detector(recor
     assert hydrofdi.Detector.load(tmp_path / "detector.json").summary.count("Warning: flow_balance: ") == 1
 
 
-PRESSURE = 5e6 + 1e4 * np.random.default_rng(1).standard_normal(4000)
-D2 = float(hydrofdi.measure(PRESSURE, sampling_frequency="500 Hz")["dwt.d2"][0])
-DATES = pandas.date_range("2026-01-31T12:00", periods=PRESSURE.size, freq="2ms")
-SECONDS = np.arange(PRESSURE.size) / 500.0
-
-
-INDEXED = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES)
-
-
-@pytest.mark.parametrize(
-    ("frame", "options"),
-    [
-        (pandas.DataFrame({"t": SECONDS, "P1": PRESSURE}), {"unit": {"t": "s", "P1": "Pa"}}),
-        (pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES.tz_localize("Europe/Berlin")), {}),
-        (
-            pandas.DataFrame({"Time": np.arange(PRESSURE.size), "P1 [Pa]": PRESSURE}),
-            {"sampling_frequency": "500 Hz"},
-        ),
-        (INDEXED.rename_axis("Zeit"), {}),
-        (INDEXED.rename_axis("timestamp").reset_index(), {}),
-        (INDEXED.rename_axis("Zeitstempel").reset_index().astype({"Zeitstempel": str}), {}),
-    ],
-    ids=["units beside", "dates with a zone", "a counter", "index of dates", "dates", "texts"],
-)
-def test_time_is_understood_as_people_have_it(frame, options):
-    table = hydrofdi.measure(frame, **options)
-    assert table["dwt.d2"].tolist() == pytest.approx([D2], rel=1e-6)
-
-
-def test_records_of_different_length_make_a_list():
+def test_records_of_different_length_make_a_list(expected):
     table = hydrofdi.measure([INDEXED[:2000], INDEXED], label=["sound", "worn"], group="monday")
     assert table["record_id"].tolist() == ["0", "1"]
     assert table["label"].tolist() == ["sound", "worn"]
     assert table["group"].tolist() == ["monday", "monday"]
-    assert table["dwt.d2"][1] == pytest.approx(D2, rel=1e-6)
+    assert table["dwt.d2"][1] == pytest.approx(expected[1], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["Druck A (bar)", "Druck A"])
-def test_a_column_is_named_with_or_without_its_unit(name):
-    frame = pandas.DataFrame({"Druck A (bar)": PRESSURE / 1e5})
-    table = hydrofdi.measure(frame, channel={name: "P1"}, sampling_frequency="500 Hz")
-    assert table["dwt.d2"][0] == pytest.approx(D2)
-    same = hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "bar"}, sampling_frequency="500 Hz")
-    assert same["dwt.d2"][0] == pytest.approx(D2)
+def test_a_column_is_named_with_or_without_its_unit(name, expected):
+    frame, named = pandas.DataFrame({"Druck A (bar)": PRESSURE / 1e5}), {"channel": {name: "P1"}, **SAID}
+    for unit in ({}, {"unit": {name: "bar"}}):
+        assert hydrofdi.measure(frame, **named, **unit)["dwt.d2"][0] == pytest.approx(expected[1])
     with pytest.raises(hydrofdi.HydrofdiError, match="the file says bar, the description says Pa"):
-        hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "Pa"}, sampling_frequency="500 Hz")
+        hydrofdi.measure(frame, **named, unit={name: "Pa"})

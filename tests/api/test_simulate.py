@@ -10,7 +10,6 @@ import pytest
 import hydrofdi
 from hydrofdi.store.experiment_file import read_experiment
 from tests.commands import run, run_json
-from tests.conftest import SMALL
 
 SHORT = {"duration": "2 s"}
 
@@ -103,14 +102,8 @@ STUDY = {
 }
 
 
-@pytest.fixture(scope="module")
-def swept(tmp_path_factory):
-    return hydrofdi.sweep(STUDY, out=tmp_path_factory.mktemp("api") / "small", engine="in-process")
-
-
-def test_a_mapping_asks_for_the_runs_of_a_file_the_same_call_for_none_and_keywords_win(
-    swept, small_sweep, tmp_path
-):
+def test_a_mapping_asks_for_the_runs_of_a_file_the_same_call_for_none_and_keywords_win(small_sweep, tmp_path):
+    swept = hydrofdi.sweep(STUDY, out=tmp_path / "small", engine="in-process")
     stored = hydrofdi.load(small_sweep.directory)
     assert swept.data.columns["run_id"].tolist() == stored.data.columns["run_id"].tolist()
     assert repr(stored) == f"4 runs in {small_sweep.directory}: 4 ok"
@@ -118,9 +111,8 @@ def test_a_mapping_asks_for_the_runs_of_a_file_the_same_call_for_none_and_keywor
     before = swept.file.read_bytes()
     hydrofdi.sweep(STUDY, out=str(swept.folder), engine="in-process")
     assert swept.file.read_bytes() == before
-    file = tmp_path / "small.yaml"
-    file.write_text(SMALL)
-    shorter = hydrofdi.sweep(file, out=tmp_path / "out", engine="in-process", duration="1 s", workers=1)
+    asked = {"out": tmp_path / "out", "engine": "in-process", "workers": 1}
+    shorter = hydrofdi.sweep(small_sweep.config, duration="1 s", **asked)
     assert shorter.data.experiment.record.duration == 1.0
 
 
@@ -190,13 +182,8 @@ STUDY_COORDINATES = {
 }
 
 
-@pytest.fixture(scope="module")
-def told(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("told") / "told"
-    return hydrofdi.sweep(STUDY_COORDINATES, out=folder, engine="in-process")
-
-
-def test_each_run_has_the_population_and_the_role_that_its_parameters_show(told):
+def test_each_run_has_the_population_and_the_role_that_its_parameters_show(tmp_path):
+    told = hydrofdi.sweep(STUDY_COORDINATES, out=tmp_path / "told", engine="in-process")
     dataset = told.dataset
     assert dataset.population.dims == ("run",)
     leaking = dataset.internal_leakage_level.values * 60e3

@@ -179,20 +179,11 @@ def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(file
             hydrofdi.train(BOTH, config=wrong, **held)
 
 
-def evaluation(n_healthy):
-    random = np.random.default_rng(0)
-    records = 5e6 + np.vstack([
-        1e4 * random.standard_normal((n_healthy, 500)), 1.5e4 * random.standard_normal((10, 500))
-    ])  # fmt: skip
-    label = ["sound"] * n_healthy + ["worn"] * 10
-    return hydrofdi.evaluate(
-        records, "dwt", label=label, healthy="sound", false_alarm_rate="5 %", sampling_frequency="1 kHz"
-    )
-
-
 @pytest.mark.parametrize("n_healthy", [100, 4], ids=["with limits", "too few for limits"])
 def test_the_scores_are_drawn_with_limits_if_there_are_any(n_healthy):
-    found = evaluation(n_healthy)
+    records, label = np.vstack([noisy(n_healthy), noisy(10, 1.5e4, 2)]), ["sound"] * n_healthy + ["worn"] * 10
+    given = {"healthy": "sound", "false_alarm_rate": "5 %", "sampling_frequency": "1 kHz"}
+    found = hydrofdi.evaluate(records, "dwt", label=label, **given)
     has_limits = any(each.threshold is not None for each in found.detection.judgements)
     assert has_limits == (n_healthy == 100)
     figure = found.plot()

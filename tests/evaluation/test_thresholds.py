@@ -79,13 +79,10 @@ def test_the_tolerance_limit_keeps_its_confidence(direction, n):
     np.testing.assert_allclose(threshold.interval, (0.0, beta(rank, n + 1 - rank).ppf(0.95)))
 
 
-def test_both_directions_leave_half_on_each_side():
+def test_both_directions_leave_half_on_each_side_and_the_others_mirror_each_other():
     threshold = quantile_threshold(np.arange(199.0), 0.01, direction=Direction.BOTH)
     assert (threshold.low, threshold.high) == (0.0, 198.0)
     assert threshold.outcomes([-1.0, 0.0, 100.0, 198.0, 199.0]).tolist() == [1, 0, 0, 0, 1]
-
-
-def test_directions_mirror_each_other():
     scores = np.random.default_rng(14).normal(size=500)
     rising = quantile_threshold(scores, 0.02)
     falling = quantile_threshold(-scores, 0.02, direction=Direction.FALLING)
@@ -142,10 +139,7 @@ def test_survival_is_that_of_scipy_and_inverts(shape):
     excess = np.array([0.0, 0.1, 1.0, 5.0])
     np.testing.assert_allclose(model.survival(excess), genpareto.sf(excess, shape, scale=2.0), rtol=1e-6)
     np.testing.assert_allclose(model.excess(model.survival(excess)), excess, rtol=1e-6, atol=1e-9)
-
-
-def test_nothing_lies_beyond_the_end_of_a_short_tail():
-    assert GeneralisedPareto(np.array(-0.5), np.array(1.0)).survival(np.array([3.0])).tolist() == [0.0]
+    assert shape > -0.2 or model.survival(np.array([7.0])).tolist() == [0.0], "a short tail has an end"
 
 
 def test_fits_lie_around_the_truth_and_are_as_good_as_maximum_likelihood():
@@ -187,31 +181,25 @@ def test_the_true_rate_lies_in_the_interval_and_good_tails_are_seldom_refused(dr
     assert holds_at_least(inside, stated, 0.9)
 
 
-def test_tails_that_the_model_does_not_describe_are_refused():
-    generator = np.random.default_rng(4)
+def test_tails_that_the_model_does_not_describe_and_rates_out_of_reach_are_refused():
+    generator, scores = np.random.default_rng(4), np.random.default_rng(5).exponential(size=1000)
     two_peaks = np.append(generator.normal(size=1900), generator.normal(8.0, 0.1, size=100))
-    with pytest.raises(NotStatedError, match="Anderson–Darling"):
-        tail_threshold(two_peaks, 1e-3)
-    with pytest.raises(NotStatedError, match="equal scores"):
-        tail_threshold(np.round(generator.exponential(size=1000)), 1e-3)
-    with pytest.raises(NotStatedError, match="equal scores"):
-        tail_threshold(np.ones(1000), 1e-3)
-    with pytest.raises(NotStatedError, match="infinite"):
-        tail_threshold(np.append(generator.normal(size=1000), np.inf), 1e-3)
-
-
-def test_rates_out_of_reach_are_refused():
-    scores = np.random.default_rng(5).exponential(size=1000)
+    for own, rate, why in (
+        (two_peaks, 1e-3, "Anderson–Darling"),
+        (np.round(scores), 1e-3, "equal scores"),
+        (np.ones(1000), 1e-3, "equal scores"),
+        (np.append(scores, np.inf), 1e-3, "infinite"),
+        (scores, 1e-5, "10000"),
+        (scores, 0.2, "tolerance limit"),
+    ):
+        with pytest.raises(NotStatedError, match=why):
+            tail_threshold(own, rate)
     with pytest.raises(NotStatedError, match="500 healthy records, not 400") as refused:
         tail_threshold(scores[:400], 1e-3)
     assert refused.value.records_needed == 500
     tail_threshold(scores[:500], 1e-3)
     with pytest.raises(ValueError, match="between 0 and 1"):
         tail_threshold(scores, 1.5)
-    with pytest.raises(NotStatedError, match="10000"):
-        tail_threshold(scores, 1e-5)
-    with pytest.raises(NotStatedError, match="tolerance limit"):
-        tail_threshold(scores, 0.2)
 
 
 def test_both_tails_share_the_rate_and_falling_mirrors_rising():

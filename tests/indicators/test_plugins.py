@@ -129,41 +129,28 @@ def test_a_sliding_window_takes_it_and_so_does_a_mapping(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "stated", "said", "where"),
     [
-        (None, "No such file"),
-        ("x = 1\n\n1 / 0\n", "swing.py:3"),
-        ("x = 1\nx = = 2\n", "line 2"),
-        ("x = 1\n", "no indicator"),
-        (SWING.replace('"swing", 1', '"dwt", 1'), "'dwt'"),
-        (SWING.replace("version, source", "note, source"), "version"),
-        (SWING.replace('"swing", 1', '"my swing", 1'), "'my swing'"),
+        (None, "swing.py", "No such file", ":3: plugins"),
+        ("x = 1\n\n1 / 0\n", "swing.py", "swing.py:3", ":3: plugins"),
+        ("x = 1\nx = = 2\n", "swing.py", "line 2", ":3: plugins"),
+        ("x = 1\n", "swing.py", "no indicator", ":3: plugins"),
+        (SWING.replace('"swing", 1', '"dwt", 1'), "swing.py", "'dwt'", ":3: plugins"),
+        (SWING.replace("version, source", "note, source"), "swing.py", "version", ":3: plugins"),
+        (SWING.replace('"swing", 1', '"my swing", 1'), "swing.py", "'my swing'", ":3: plugins"),
+        (SWING, "\n- swing.py\n- other.py", "'swing'", ":5: plugins[1]"),
+        (SWING, "3", "plugins", ":3: plugins"),
+        (SWING, "[swing.py, 4]", "plugins", ":3: plugins"),
     ],
 )
 def test_a_faulty_file_is_refused_at_the_line_that_names_it(
-    folder: Path, content: str | None, said: str
+    folder: Path, content: str | None, stated: str, said: str, where: str
 ) -> None:
     file = folder / "swing.py"
+    (folder / "other.py").write_text(SWING + "\n")
+    (folder / "swings.yaml").write_text(EXPERIMENT.replace("swing.py", stated))
     file.unlink() if content is None else file.write_text(content)
     with pytest.raises(ConfigError, match=re.escape(said)) as error:
         hydrofdi.load_experiment(folder / "swings.yaml")
     (mistake,) = error.value.mistakes
-    assert (mistake.where, mistake.origin) == ("plugins", f"{folder / 'swings.yaml'}:3")
-
-
-def test_two_files_with_indicators_of_one_name_are_refused(folder: Path) -> None:
-    (folder / "other.py").write_text(SWING + "\n")
-    (folder / "swings.yaml").write_text(EXPERIMENT.replace("swing.py", "\n- swing.py\n- other.py"))
-    with pytest.raises(ConfigError, match="'swing'") as error:
-        hydrofdi.load_experiment(folder / "swings.yaml")
-    (mistake,) = error.value.mistakes
-    assert (mistake.where, mistake.origin) == ("plugins[1]", f"{folder / 'swings.yaml'}:5")
-
-
-@pytest.mark.parametrize("stated", ["3", "[swing.py, 4]"])
-def test_what_is_no_path_is_refused(folder: Path, stated: str) -> None:
-    (folder / "swings.yaml").write_text(EXPERIMENT.replace("swing.py", stated))
-    with pytest.raises(ConfigError) as error:
-        hydrofdi.load_experiment(folder / "swings.yaml")
-    (mistake,) = error.value.mistakes
-    assert (mistake.where, mistake.origin) == ("plugins", f"{folder / 'swings.yaml'}:3")
+    assert f"{mistake.origin}: {mistake.where}" == f"{folder / 'swings.yaml'}{where}"

@@ -25,24 +25,21 @@ def test_bands_without_a_gap_share_the_power_of_the_spectrum(segment):
         np.testing.assert_allclose(sum(rms**2 for rms in found.values()), total, rtol=1e-12)
 
 
-def test_a_band_that_ends_between_two_lines_has_its_share_of_them():
+def test_a_band_that_ends_between_two_lines_has_its_share_of_them_and_one_that_falls_is_a_mistake():
     record = ringing(2, 1)
     frequency, density = welch(record[0], SAMPLING_FREQUENCY, "hann", 500)
     assert frequency[1] == 1.0
     found = values("band_power", record, bands=[[40.25, 42.5]])
     exact = 0.25 * density[40] + density[41] + density[42]
     np.testing.assert_allclose(found["b1"] ** 2, exact, rtol=1e-12)
+    with pytest.raises(ConfigError, match="bands"):
+        make_indicators({"band_power": {"bands": [[90, 40]]}})
 
 
 def test_a_tone_has_its_rms_in_its_octave():
     found = values("band_power", tone(90.0, 5000))
     assert found["b2"] == pytest.approx(2e5 / np.sqrt(2), rel=1e-9)
     assert all(found[name] < 1.0 for name in ("b1", "b3", "b4", "b5", "b6"))
-
-
-def test_a_band_that_falls_is_a_mistake():
-    with pytest.raises(ConfigError, match="bands"):
-        make_indicators({"band_power": {"bands": [[90, 40]]}})
 
 
 def tone(frequency, n_time=4000):
@@ -120,16 +117,11 @@ def test_a_record_that_stands_still_has_no_decay():
     assert np.isnan(found["decay_rate"])
 
 
-def tones(n_time=3000):
-    time = np.arange(n_time) / SAMPLING_FREQUENCY
-    parts = {10.0: 8e5, 70.0: 2e5, 150.0: 4e5}
-    return 8e6 + sum(size * np.cos(2 * np.pi * frequency * time) for frequency, size in parts.items())
-
-
-@pytest.mark.parametrize("n_time", [3001])
-def test_tones_are_found_with_their_frequency_and_size(n_time):
-    found = values("vmd", tones(n_time), modes=3)
-    for mode, (frequency, size) in enumerate([(10.0, 8e5), (70.0, 2e5), (150.0, 4e5)], 1):
+def test_tones_are_found_with_their_frequency_and_size():
+    time, parts = np.arange(3001) / SAMPLING_FREQUENCY, {10.0: 8e5, 70.0: 2e5, 150.0: 4e5}
+    tones = (size * np.cos(2 * np.pi * frequency * time) for frequency, size in parts.items())
+    found = values("vmd", 8e6 + sum(tones), modes=3)
+    for mode, (frequency, size) in enumerate(parts.items(), 1):
         assert found[f"frequency{mode}"] == pytest.approx(frequency, abs=0.5)
         assert found[f"rms{mode}"] == pytest.approx(size / np.sqrt(2), rel=0.02)
     assert found["iterations"] < 1000
@@ -181,13 +173,8 @@ def test_a_record_and_its_mirror_image_have_the_same_modes():
         assert one[key] == pytest.approx(other[key][0], rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    "record", [np.full(500, 8e6), np.linspace(1e6, 9e6, 500), np.r_[np.ones(250), np.zeros(250)]]
-)
-def test_what_does_not_oscillate_has_no_modes(record):
-    assert all(amplitude == 0.0 for amplitude in values("emd", record).values())
-
-
-def test_a_single_oscillation_ends():
+def test_what_does_not_oscillate_has_no_modes_and_a_single_oscillation_ends():
+    for record in (np.full(500, 8e6), np.linspace(1e6, 9e6, 500), np.r_[np.ones(250), np.zeros(250)]):
+        assert all(amplitude == 0.0 for amplitude in values("emd", record).values())
     found = values("emd", 8e6 + 1e6 * np.sin(np.linspace(0.0, 2.0 * np.pi, 400)), modes=10, siftings=100)
     assert all(np.isfinite(amplitude) for amplitude in found.values())

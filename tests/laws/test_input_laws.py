@@ -5,11 +5,12 @@ import pytest
 
 from hydrofdi.api.check import computed_rows
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config.sections.csv_input import held_text
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.inputs import input_voltage
+from hydrofdi.simulation.inputs import input_voltage, largest_voltage
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.second_solver import simulate_with_solver
 
@@ -21,11 +22,14 @@ def _voltage(run: RecordConfig = RUN, **fields: object) -> np.ndarray:
     return input_voltage(InputConfig.model_validate(fields), run, np.arange(run.n_step))
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_voltage_stays_within_its_amplitude_and_does_not_depend_on_the_chunk(shape: str) -> None:
-    drive = InputConfig.model_validate({"shape": shape, "period": 0.5, "amplitude": 1.5})
+@pytest.mark.parametrize("shape", [*SHAPES, "csv"])
+def test_voltage_stays_within_the_largest_and_does_not_depend_on_the_chunk(shape: str) -> None:
+    file = held_text("x", "0,0.5\n0.5,-3\n4,50\n") if shape == "csv" else None
+    drive = InputConfig.model_validate({"shape": shape, "period": 0.5, "amplitude": -1.5, "file": file})
     whole = input_voltage(drive, RUN, np.arange(RUN.n_step))
-    assert 0.5 < np.abs(whole).max() <= 1.5 * (1.0 + 1e-3)
+    largest, found = largest_voltage(drive, RUN), np.abs(whole).max()
+    assert largest == {"csv": 3.0, "steps": found}.get(shape, 1.5)
+    assert 0.5 < found <= largest * (1.0 + 1e-3)
     np.testing.assert_array_equal(input_voltage(drive, RUN, np.arange(12_345, 23_456)), whole[12_345:23_456])
 
 

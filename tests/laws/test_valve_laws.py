@@ -117,7 +117,6 @@ def test_underlap_damps_the_hydraulic_mode() -> None:
 
 SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5})
 LAPPED = {"valve.lap": -1e-6, "valve.lap_leakage": 2e-14}
-STARTS = {"pressure_1": 5e6, "pressure_2": 9e6}
 FREE = {"actuator.load_stiffness": 0.0}
 
 

@@ -4,7 +4,6 @@ import csv
 import io
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -45,16 +44,6 @@ def data(leaking):
     return read_results(leaking.directory)
 
 
-@pytest.fixture(scope="module")
-def printed(leaking):
-    def render(form):
-        result = run_hydrofdi("report", leaking.directory, "--full", "--format", form, cwd=leaking.folder)
-        assert (result.returncode, result.stderr) == (0, "")
-        return result.stdout
-
-    return {form: render(form) for form in ("csv", "json")}
-
-
 def test_the_mean_external_flow_is_that_of_the_chamber_pressure(data, leaking):
     with h5py.File(leaking.file) as file:
         pressures = [file[f"chamber_{chamber}_pressure"][:].mean(axis=1) for chamber in (1, 2)]
@@ -78,13 +67,18 @@ def test_a_leak_out_of_chamber_1_lowers_its_pressure_and_a4(data):
             assert row[1] > tight[1] + 5.0
 
 
-def test_every_form_shows_delta_of_a4_against_both_baselines(printed, leaking):
-    record = json.loads(printed["json"])
+def test_every_form_shows_delta_of_a4_against_both_baselines(leaking):
+    def printed(form):
+        result = run_hydrofdi("report", leaking.directory, "--full", "--format", form, cwd=leaking.folder)
+        assert (result.returncode, result.stderr) == (0, "")
+        return result.stdout
+
+    record = json.loads(printed("json"))
     with h5py.File(leaking.file) as file:
         rms = {run_id: file["approximation_rms"][k, 3] for k, run_id in enumerate(file["run_id"].asstr())}
     normal = next(row for row in record["rows"] if row["sealed"] and row["bulk_modulus_MPa"] == 551.0
                   and row["mean_external_leakage_L_per_min"] == [0.0, 0.0])  # fmt: skip
-    lines = [line for line in csv.DictReader(io.StringIO(printed["csv"])) if line["level"] == "d4"]
+    lines = [line for line in csv.DictReader(io.StringIO(printed("csv"))) if line["level"] == "d4"]
     for row, line in zip(record["rows"], lines, strict=True):
         delta = 100.0 * (1.0 - rms[row["run_id"]] / rms[normal["run_id"]])
         assert row["approximation_delta_fixed_percent"][3] == pytest.approx(delta, abs=1e-9)
@@ -120,19 +114,12 @@ def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, sma
     assert (external_coefficients(data)[compared] == 0.0).all()
 
 
-@pytest.fixture(scope="module")
-def table(tmp_path_factory):
-    sweep = swept(tmp_path_factory.mktemp("external"), REPOSITORY / "configs" / "external-leakage.yaml")
-    return run_table(read_results(Path(sweep.directory)))
-
-
-def test_the_sweep_leaks_the_flows_that_it_promises(table):
+def test_the_ready_sweep_leaks_the_flows_that_it_promises_and_a4_detects_those_out_of_chamber_1(tmp_path):
+    sweep = swept(tmp_path, REPOSITORY / "configs" / "external-leakage.yaml")
+    table = run_table(read_results(sweep.directory))
     flows = sorted(table.external_flows.max(axis=1) * 6e4)
     assert len(flows) == 42
     assert flows == pytest.approx(sorted([0.0] * 6 + [0.1, 0.3, 0.6] * 12), abs=0.025)
-
-
-def test_a4_detects_leakage_out_of_chamber_1_alone(table):
     _, record = external_view(table)
     _, first, second = (each["gap_percentage_points"] for each in record["external_leakage"]["states"])
     assert first["δa4"] == pytest.approx(2.3, abs=0.1)

@@ -62,14 +62,11 @@ def test_another_sealed_run_lies_outside_of_the_range_as_often_as_is_said(data):
     assert n_emphasized / (10 * n_repeat) < 0.002
 
 
-def test_runs_that_failed_are_left_out(data):
+def test_runs_that_failed_are_left_out_and_drawn_leaks_have_no_such_ranges(data):
     rms = data.columns[names.DETAIL_RMS].copy()
     rms[0] = np.nan
     assert len(healthy_view(with_rms(data, rms))[1]["healthy_ranges"][0]["run_id"]) == 6
     assert healthy_view(with_rms(data, np.full_like(rms, np.nan))) is None
-
-
-def test_drawn_leaks_have_no_such_ranges(data):
     over = {"leakage.internal_flow": {"uniform": ["0 L/min", "1 L/min"]}}
     drawn = load_experiment({"name": "drawn", "sweep": {"sample": {"count": 4, "over": over}}})
     assert healthy_view(run_table(replace(data, experiment=drawn))) is None

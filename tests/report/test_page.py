@@ -32,33 +32,25 @@ def opened(page, tmp_path_factory):
     return dom, console, log.read_text(errors="replace")
 
 
-def test_the_page_names_no_other_host_and_has_no_script(page):
+def test_the_page_names_no_other_host_has_no_script_and_unique_ids_to_which_its_references_lead(page):
     text = page.read_text(encoding="utf-8")
     assert "<script" not in text
     outside = re.findall(r"""(?:src|href|action)\s*=\s*["']?(?!#|data:)[^"'\s>]+""", text)
     assert outside == []
     assert re.findall(r"url\((?!#)", text) == []
     assert "@import" not in text
-
-
-def test_the_ids_of_the_page_are_unique_and_all_references_have_a_target(page):
-    text = page.read_text(encoding="utf-8")
     ids = re.findall(r'\bid="([^"]+)"', text)
     assert len(ids) == len(set(ids))
     assert {*re.findall(r'href="#([^"]+)"', text), *re.findall(r"url\(#([^)]+)\)", text)} <= set(ids)
 
 
 @needs_chromium
-def test_all_figures_are_there_and_the_console_is_silent(opened, paper_analysis):
-    dom, console, _ = opened
+def test_all_figures_are_there_the_console_is_silent_and_no_host_is_asked(opened, paper_analysis):
+    dom, console, log = opened
     shown = re.findall(r'<figure id="(\w+)" tabindex="0">\s*<svg', dom)
     assert sorted(shown) == sorted(set(paper_analysis.figures()) - {"scenarios", "responses"})
     assert console == []
-
-
-@needs_chromium
-def test_the_page_asks_no_host_for_anything(opened):
-    assert requests_of_the_page(opened[2]) == []
+    assert requests_of_the_page(log) == []
 
 
 @pytest.mark.long
@@ -191,14 +183,11 @@ def test_the_interval_covers_the_truth_however_alike_the_pairs_are(truth: float,
     assert 0.93 < covered / repeats < 0.975
 
 
-def test_pairs_that_agree_count_once() -> None:
+def test_pairs_that_agree_count_once_and_no_draws_have_no_share() -> None:
     outcomes = np.repeat(np.arange(100) < 30, 2)
     share = clustered_share(outcomes, np.repeat(np.arange(100), 2))
     assert (share.count, share.total) == (60, 200)
     assert (share.low, share.high) == pytest.approx(wilson_interval(0.3, 99.0), abs=1e-3)
-
-
-def test_no_draws_have_no_share() -> None:
-    share = clustered_share(np.zeros(0, dtype=bool), [])
-    assert share.total == 0
-    assert np.isnan(share.value)
+    nothing = clustered_share(np.zeros(0, dtype=bool), [])
+    assert nothing.total == 0
+    assert np.isnan(nothing.value)

@@ -57,42 +57,39 @@ def test_each_cell_is_the_change_of_its_run_and_the_baseline_is_marked_where_it_
     ]
 
 
+def made(folder, duration="2 s", **asked):
+    places = {"out": folder, "store": {"signals": "none"}, "engine": "in-process"}
+    return package.sweep(name=folder.name, duration=duration, **places, **asked)
+
+
 def test_of_more_than_two_parameters_the_two_that_matter_most_are_shown(tmp_path):
     grid = {"K_i": [0, 1e-8], "wavelet.name": ["db8", "db4"], "P_s": ["10 MPa", "21 MPa"]}
-    made = package.sweep(
-        grid=grid, name="three", duration="2 s", store={"signals": "none"}, out=tmp_path, engine="in-process"
-    )
-    plane = made.composed.plane
+    three = made(tmp_path / "three", grid=grid)
+    plane = three.composed.plane
     assert plane.shape == (2, 2)
     assert plane.headers[0].startswith("K_i")
     assert len(plane.others) == 1
     inside = plane.cell >= 0
     assert np.bincount(plane.cell[inside]).tolist() == [2, 2, 2, 2]
-    assert made.grid().delta.dims == ("K_i", "swept_wavelet_name", "P_s", "level")
+    assert three.grid().delta.dims == ("K_i", "swept_wavelet_name", "P_s", "level")
 
 
-def test_a_baseline_is_marked_only_if_all_runs_have_it_and_one_axis_is_a_grid(tmp_path):
-    places = {"duration": "2 s", "store": {"signals": "none"}, "engine": "in-process"}
-    axes = {"K_i": [0, 1e-8], "P_s": ["10 MPa", "21 MPa"]}
-    made = package.sweep(grid=axes, name="own", out=tmp_path / "own", **places)
-    assert made.composed.plane.baseline is None
-    made = package.sweep(grid={"K_i": [1e-8, 0]}, name="one", out=tmp_path / "one", **places)
-    assert made.grid().delta.dims == ("K_i", "level")
-    assert made.grid().K_i.values.tolist() == [0.0, 1e-8]
-    assert [run.parameters["K_i"] for run in made[:2]] == [1e-8, 0.0]
-
-
-def test_drawn_points_are_no_grid(tmp_path):
+def test_a_baseline_is_marked_only_if_all_runs_have_it_and_one_axis_is_a_grid_that_drawn_points_are_not(
+    tmp_path,
+):
+    own = made(tmp_path / "own", grid={"K_i": [0, 1e-8], "P_s": ["10 MPa", "21 MPa"]})
+    assert own.composed.plane.baseline is None
+    one = made(tmp_path / "one", grid={"K_i": [1e-8, 0]})
+    assert one.grid().delta.dims == ("K_i", "level")
+    assert one.grid().K_i.values.tolist() == [0.0, 1e-8]
+    assert [run.parameters["K_i"] for run in one[:2]] == [1e-8, 0.0]
     over = {"EBM": {"uniform": "±20 %"}, "m": {"uniform": "±10 %"}}
-    made = package.sweep(
-        sample={"count": 32, "over": over}, duration="1 s", store={"signals": "none"}, out=tmp_path,
-        name="drawn", engine="in-process",
-    )  # fmt: skip
-    assert made.composed.plane is None
-    assert "sensitivity" not in made.composed.figures()
+    drawn = made(tmp_path / "drawn", "1 s", sample={"count": 32, "over": over})
+    assert drawn.composed.plane is None
+    assert "sensitivity" not in drawn.composed.figures()
     with pytest.raises(ReportError):
-        made.grid()
-    assert {"EBM", "m"} <= set(made.dataset.coords)
+        drawn.grid()
+    assert {"EBM", "m"} <= set(drawn.dataset.coords)
 
 
 def test_the_file_alone_is_a_cube_and_the_extra_baseline_does_not_stand_in_the_way(results):
@@ -142,11 +139,10 @@ def test_a_run_draws_chosen_channels_from_an_instant_on(results):
 
 
 def test_a_run_without_stored_signals_says_so(tmp_path):
-    axes, places = {"EBM": [6e8, 7e8]}, {"out": tmp_path, "engine": "in-process"}
-    made = package.sweep(grid=axes, duration="2 s", store={"signals": "none"}, name="bare", **places)
-    assert made.signals(0) == {}
+    bare = made(tmp_path / "bare", grid={"EBM": [6e8, 7e8]})
+    assert bare.signals(0) == {}
     with pytest.raises(ReportError):
-        made[0].plot()
+        bare[0].plot()
 
 
 def test_failed_runs_are_rows(failing_sweep):
@@ -166,14 +162,9 @@ def test_the_wide_form_has_a_line_for_each_run(folder):
 
 
 def test_coordinates_have_short_names_that_no_variable_has():
-    for name, short in (
-        ("fluid.bulk_modulus", "EBM"),
-        ("friction.coulomb", "F_c"),
-        ("actuator.stroke", "stroke"),
-    ):
-        assert coordinate(name) == short
-    assert coordinate("friction.law") == "swept_friction_law"
-    assert coordinate("wavelet.phase") == "swept_wavelet_phase"
+    names = ("fluid.bulk_modulus", "friction.coulomb", "actuator.stroke", "friction.law", "wavelet.phase")
+    short = ["EBM", "F_c", "stroke", "swept_friction_law", "swept_wavelet_phase"]
+    assert [coordinate(name) for name in names] == short
 
 
 def test_configs_are_a_table_and_groups_a_part_of_it():

@@ -1,8 +1,12 @@
-"""Synthetic studies with known truth: healthy scores are standard normal, and rise with the severity."""
+"""Studies with known truth: synthetic healthy scores are standard normal, and rise with the severity."""
 
 import numpy as np
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
+from hydrofdi.config import load_experiment
 from hydrofdi.evaluation.scores import Direction, Kind, Population
+from hydrofdi.execution import InProcessEngine
 from hydrofdi.studies.records import Scored, StudyRecords
 
 FIT = Population("healthy (fit)", Kind.HEALTHY, is_fit=True)
@@ -36,3 +40,25 @@ def rising(records, slope=3.0, half=0.1, seed=1, name="rising", direction=Direct
         rise = np.maximum(np.log10(records.severity / half) * slope + 2.33, 0.0)
     values = draw.normal(size=rise.size) + rise
     return Scored(name, values, direction=direction, **more)
+
+
+def stored(folder, text, *settings):
+    """Results of a study that is written into a folder and computed there."""
+    (folder / "study.yaml").write_text(text)
+    run_sweep(load_experiment(folder / "study.yaml", settings), folder / "results", InProcessEngine())
+    return read_results(folder / "results")
+
+
+def rows(table, kind, *, is_fit=False, **known):
+    """Runs of the first design in the population of a kind that is `known` by its name or severity."""
+    wanted = {"kind": kind, "is_fit": is_fit, **known}.items()
+    (number,) = (
+        place
+        for place, each in enumerate(table.study.populations)
+        if all(getattr(each, name) == value for name, value in wanted)
+    )
+    return np.flatnonzero((table.study.of_run == number) & (table.study.design_of_run == 0))
+
+
+def drawn(table, parameter, kind, **known):
+    return np.array(table.runs.values(parameter))[rows(table, kind, **known)]

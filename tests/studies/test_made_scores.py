@@ -5,17 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
-from hydrofdi.config import load_experiment
 from hydrofdi.detectors.rules import Rules, make_score
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.scores import Direction, Kind
-from hydrofdi.execution import InProcessEngine
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.reading import made_scores, read_study
 from hydrofdi.studies.records import Scored
-from tests.studies.populations import FIT, TEST, usual
+from tests.studies.populations import FIT, TEST, stored, usual
 
 KINDS = ("mahalanobis", "one_class", "lda", pytest.param("logistic", marks=pytest.mark.long), "compensated")
 
@@ -134,15 +130,12 @@ detection:
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("made")
-    (folder / "study.yaml").write_text(STUDY)
-    run_sweep(load_experiment(folder / "study.yaml"), folder / "results", InProcessEngine())
-    return folder
+def data(tmp_path_factory):
+    return stored(tmp_path_factory.mktemp("made"), STUDY)
 
 
-def test_made_scores_are_judged_beside_the_indicators_that_are_chosen(study):
-    (design,) = read_study(read_results(study / "results"))
+def test_made_scores_are_judged_beside_the_indicators_that_are_chosen_and_the_usual_ones_if_asked(data):
+    (design,) = read_study(data)
     names = [score.name for score in design.scores]
     assert not [name for name in names if name.startswith("pressure_statistics")]
     assert [name for name in names if not name.startswith("dwt.")] == [
@@ -152,10 +145,13 @@ def test_made_scores_are_judged_beside_the_indicators_that_are_chosen(study):
     ]
     for score in design.scores[-3:]:
         assert np.isfinite(score.values).all(), score.note
+    detection = data.experiment.detection.model_copy(update={"usual_scores": True})
+    asked = replace(data, experiment=data.experiment.model_copy(update={"detection": detection}))
+    more = {score.name for score in read_study(asked)[0].scores}
+    assert more - {*names} == {"mahalanobis(P1)", "lda(P1)", "largest_change(d1 … d5)"}
 
 
-def test_test_records_are_scored_by_the_model_of_all_fit_records(study):
-    data = read_results(study / "results")
+def test_test_records_are_scored_by_the_model_of_all_fit_records(data):
     (design,) = read_study(data)
     values = np.stack([data.columns[f"pressure_statistics.{name}"] for name in ("mean", "kurtosis")], axis=1)
     populations = [design.records.populations[each] for each in design.records.of_record]
@@ -165,11 +161,3 @@ def test_test_records_are_scored_by_the_model_of_all_fit_records(study):
     found = next(score.values for score in design.scores if score.name == "leak")
     np.testing.assert_array_equal(found[~is_fit], model.score(values[~is_fit]))
     assert not np.any(found[is_fit] == model.score(values[is_fit]))
-
-
-def test_the_usual_scores_come_where_they_are_asked_for(study):
-    data = read_results(study / "results")
-    detection = data.experiment.detection.model_copy(update={"usual_scores": True})
-    asked = replace(data, experiment=data.experiment.model_copy(update={"detection": detection}))
-    plain, more = ({score.name for score in read_study(each)[0].scores} for each in (data, asked))
-    assert more - plain == {"mahalanobis(P1)", "lda(P1)", "largest_change(d1 … d5)"}

@@ -1,16 +1,15 @@
 """Records of studies: as stored, in pairs, and measured."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.config.runs import expand_runs
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
-from hydrofdi.execution import InProcessEngine
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
 from hydrofdi.records import Channel
@@ -18,6 +17,7 @@ from hydrofdi.studies.judging import judge
 from hydrofdi.studies.measured import measured_study
 from hydrofdi.studies.reading import changes_since_before, read_study
 from hydrofdi.studies.records import Scored, StudyRecords
+from tests.studies.populations import rows, stored
 
 STUDY = """
 name: paired
@@ -37,41 +37,35 @@ def table(tmp_path_factory):
     return expand_runs(load_experiment(file))
 
 
-def rows(table, kind, is_fit=False, severity=0.0):
-    roles = table.study
-    (place,) = (
-        place
-        for place, each in enumerate(roles.populations)
-        if (each.kind, each.is_fit, each.severity) == (kind, is_fit, severity)
-    )
-    return np.flatnonzero(roles.of_run == place)
-
-
-def drawn(table, name, positions):
-    return np.array(table.runs.values(name))[positions]
-
-
 @pytest.mark.parametrize("is_fit", [True, False])
 def test_every_actuator_that_is_judged_has_a_record_before(table, is_fit):
-    before = rows(table, Kind.BEFORE, is_fit)
+    before = rows(table, Kind.BEFORE, is_fit=is_fit)
     assert len(before) == (3 if is_fit else 5)
-    assert not drawn(table, "leakage.internal_coefficient", before).any()
+    values = {name: np.array(table.runs.values(name)) for name in NAMES}
+    groups = table.study.actuators
+    assert not values["leakage.internal_coefficient"][before].any()
     for kind, severity in ((Kind.HEALTHY, 0.0), (Kind.FAULT, 1e-9), (Kind.FAULT, 2e-9)):
-        after = rows(table, kind, is_fit, severity)
+        after = rows(table, kind, is_fit=is_fit, severity=severity)
+        of_same = before[: len(after)]
         for name in ("fluid.bulk_modulus", "friction.scale"):
-            np.testing.assert_array_equal(drawn(table, name, after), drawn(table, name, before)[: len(after)])
-        seeds = [drawn(table, "measurement.seed", each) for each in (before[: len(after)], after)]
-        assert (seeds[0] != seeds[1]).all()
-        groups = table.study.actuators
-        assert [groups[row] for row in after] == [groups[row] for row in before[: len(after)]]
+            np.testing.assert_array_equal(values[name][after], values[name][of_same])
+        assert (values["measurement.seed"][after] != values["measurement.seed"][of_same]).all()
+        assert [groups[row] for row in after] == [groups[row] for row in of_same]
 
 
-def test_a_shift_changes_an_actuator_that_was_seen_before(table):
+def test_actuators_are_groups_of_which_fit_and_test_share_none_and_a_shift_changes_those_seen_before(table):
+    modulus = np.array(table.runs.values("fluid.bulk_modulus"))
     before, after = rows(table, Kind.BEFORE), rows(table, Kind.SHIFT)
-    np.testing.assert_array_equal(
-        drawn(table, "friction.scale", after), drawn(table, "friction.scale", before)[: len(after)]
-    )
-    assert (drawn(table, "fluid.bulk_modulus", after) == 827e6).all()
+    assert not set(modulus[before]) & set(modulus[rows(table, Kind.BEFORE, is_fit=True)])
+    friction = np.array(table.runs.values("friction.scale"))
+    np.testing.assert_array_equal(friction[after], friction[before][: len(after)])
+    assert (modulus[after] == 827e6).all()
+    assert len(set(table.runs.values("measurement.seed"))) == len(table.runs), "noise is of each record"
+    pairs = set(zip(table.study.actuators, friction, strict=True))
+    assert len(pairs) == len(set(table.study.actuators)) == len(set(friction))
+
+
+NAMES = ("fluid.bulk_modulus", "friction.scale", "measurement.seed", "leakage.internal_coefficient")
 
 
 FIT, TEST = Population("healthy", Kind.HEALTHY, is_fit=True), Population("healthy", Kind.HEALTHY)
@@ -105,12 +99,7 @@ def test_records_without_one_before_have_no_change():
     (change,) = changes_since_before(records, [scored])
     has_change = np.array([int(group) < 100 for group in records.groups])
     np.testing.assert_array_equal(np.isfinite(change.values), has_change)
-
-
-def test_independent_records_have_no_changes():
-    records, scored = paired()
-    alone = StudyRecords(records.populations, records.of_record, records.severity, "1")
-    assert not list(changes_since_before(alone, [scored]))
+    assert not list(changes_since_before(replace(records, groups=None), [scored]))
 
 
 READING_STUDY = """
@@ -131,14 +120,12 @@ sweep: {grid: {record.sampling_frequency: [1 kHz, 500 Hz]}}
 
 @pytest.fixture(scope="module")
 def designs(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("study")
-    (folder / "study.yaml").write_text(READING_STUDY)
-    experiment = load_experiment(folder / "study.yaml")
-    run_sweep(experiment, folder / "results", InProcessEngine())
-    return read_study(read_results(folder / "results"))
+    return read_study(stored(tmp_path_factory.mktemp("study"), READING_STUDY))
 
 
-def test_every_population_has_its_records(designs):
+def test_every_population_of_each_design_has_its_records_with_the_true_mean_leak_of_each(designs):
+    found = [design.records.design for design in designs]
+    assert found == [{"record.sampling_frequency": 1000.0}, {"record.sampling_frequency": 500.0}]
     for design in designs:
         records = design.records
         found = {(each.name, each.kind, each.is_fit): len(records.rows(each)) for each in records.populations}
@@ -152,19 +139,10 @@ def test_every_population_has_its_records(designs):
             ("stiffer", Kind.SHIFT, False): 4,
             ("worn friction", Kind.CONFUSION, False): 3,
         }
-
-
-def test_designs_stand_in_the_order_of_the_sweep(designs):
-    found = [design.records.design for design in designs]
-    assert found == [{"record.sampling_frequency": 1000.0}, {"record.sampling_frequency": 500.0}]
-
-
-def test_severity_is_the_true_mean_leak_of_each_record(designs):
-    records = designs[0].records
-    for population in records.populations:
-        severity = records.severity[records.rows(population)]
-        assert severity == pytest.approx(np.full_like(severity, population.severity), rel=0.1)
-        assert len(np.unique(severity)) == (len(severity) if population.severity else 1)
+        for population in records.populations:
+            severity = records.severity[records.rows(population)]
+            assert severity == pytest.approx(np.full_like(severity, population.severity), rel=0.1)
+            assert len(np.unique(severity)) == (len(severity) if population.severity else 1)
 
 
 def test_scores_are_the_single_numbers_of_the_judged_indicators(designs):
@@ -176,9 +154,8 @@ def test_scores_are_the_single_numbers_of_the_judged_indicators(designs):
 
 
 def test_severity_can_be_the_level_that_was_asked_for(designs, tmp_path):
-    (tmp_path / "study.yaml").write_text(READING_STUDY.replace("each: 4,", "each: 4, severity: level,"))
-    run_sweep(load_experiment(tmp_path / "study.yaml"), tmp_path / "results", InProcessEngine())
-    records = read_study(read_results(tmp_path / "results"))[0].records
+    text = READING_STUDY.replace("each: 4,", "each: 4, severity: level,")
+    records = read_study(stored(tmp_path, text))[0].records
     nominal = np.array([population.severity for population in records.populations])
     np.testing.assert_array_equal(records.severity, nominal[records.of_record])
     assert (designs[0].records.severity != records.severity).any()
@@ -205,14 +182,8 @@ def record(number, label, group="", rejected=False):
 
 
 def test_scores_are_the_numbers_that_any_record_has_and_that_speak_of_the_actuator():
-    measured = [
-        record(1.0, "sound"),
-        record(2.0, "sound"),
-        record(3.0, "worn"),
-        record(4.0, ""),
-        record(5.0, "worn", rejected=True),
-    ]
-    study = measured_study(COLUMNS, measured, ["sound"], {})
+    measured = [record(float(n + 1), label) for n, label in enumerate(["sound", "sound", "worn", ""])]
+    study = measured_study(COLUMNS, [*measured, record(5.0, "worn", rejected=True)], ["sound"], {})
     assert {score.name: score.values.tolist() for score in study.scores} == {
         "ring.decay": [1.0, 2.0, 3.0],
         "ring.parts[0]": [1.0, 2.0, 3.0],
@@ -223,26 +194,24 @@ def test_scores_are_the_numbers_that_any_record_has_and_that_speak_of_the_actuat
 
 
 def test_halves_without_groups_and_groups_as_they_are():
-    labels = (["sound"], {"worn": 5e-6})
-    alone = measured_study(
-        COLUMNS, [*(record(float(n), "sound") for n in range(20)), record(99.0, "worn")], *labels
-    )
-    sizes = {(p.name, p.kind, p.is_fit): alone.records.rows(p).size for p in alone.records.populations}
+    def records(groups, of_worn):
+        sound = [record(float(n), "sound", groups[n % len(groups)]) for n in range(20)]
+        worn = record(99.0, "worn", of_worn)
+        return measured_study(COLUMNS, [*sound, worn], ["sound"], {"worn": 5e-6}).records
+
+    alone = records([""], "")
+    sizes = {(p.name, p.kind, p.is_fit): alone.rows(p).size for p in alone.populations}
     assert sizes == {
         ("healthy (fit)", Kind.HEALTHY, True): 10,
         ("healthy", Kind.HEALTHY, False): 10,
         ("worn", Kind.FAULT, False): 1,
     }
-    assert alone.records.severity.tolist() == [0.0] * 20 + [5e-6]
-    grouped = [record(float(n), "sound", f"unit {n % 2}") for n in range(20)] + [
-        record(99.0, "worn", "unit 0")
-    ]
-    records = measured_study(COLUMNS, grouped, *labels).records
-    assert [(p.name, p.is_fit) for p in records.populations] == [("healthy", True), ("worn", False)]
-    assert records.groups[-1] == "unit 0"
-    assert not any("no group has both" in remark for remark in records.remarks)
-    single = [record(float(n), "sound", "unit 0") for n in range(20)] + [record(99.0, "worn", "unit 1")]
-    remarks = measured_study(COLUMNS, single, *labels).records.remarks
+    assert alone.severity.tolist() == [0.0] * 20 + [5e-6]
+    grouped = records(["unit 0", "unit 1"], "unit 0")
+    assert [(p.name, p.is_fit) for p in grouped.populations] == [("healthy", True), ("worn", False)]
+    assert grouped.groups[-1] == "unit 0"
+    assert not any("no group has both" in remark for remark in grouped.remarks)
+    remarks = records(["unit 0"], "unit 1").remarks
     assert "only one healthy group" in remarks[0]
     assert "no group has both" in remarks[1]
 

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 import yaml
 
-import hydrofdi
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
 from tests.commands import run_json
@@ -122,6 +121,10 @@ MISTAKES = {
         ("{kind: lda, of: [dwt], by: [dwt.d1]}", ""),
         ("{kind: mahalanobis, of: [dwt], shrinkage: 2}", ".shrinkage"),
     ],
+    "detection.online": [
+        (f"{{false_alarm_every: {every}, charts: {{a: {{of: weak_rls.leakage, chart: cusum}}}}}}", place)
+        for every, place in (("0 h", ".false_alarm_every[0]"), ("[]", ".false_alarm_every"))
+    ],
     "detection.online.charts.own": [
         ("{of: weak_rls.leakage, chart: cusm}", ".chart"),
         ("{of: weak_rls.leakage, chart: cusum, shift: -2}", ".shift"),
@@ -146,30 +149,17 @@ def study(key, text):
 @pytest.mark.parametrize(
     ("key", "text", "inside"), [(key, *each) for key, own in MISTAKES.items() for each in own]
 )
-def test_a_mistake_is_one_line_with_its_place(tmp_path, key, text, inside):
-    file = tmp_path / "study.yaml"
-    file.write_text(study(key, text))
+def test_a_mistake_is_one_line_with_its_place(tmp_path, loaded, key, text, inside):
     with pytest.raises(ConfigError) as error:
-        load_experiment(file)
+        loaded(study(key, text))
     (mistake,) = error.value.mistakes
-    assert (mistake.where, mistake.origin) == (f"{key}{inside}", f"{file}:5")
+    assert (mistake.where, mistake.origin) == (f"{key}{inside}", f"{tmp_path / 'study.yaml'}:5")
     assert "\n" not in str(mistake)
 
 
-@pytest.mark.parametrize("every", ["0 h", "[]"])
-def test_mistaken_times_between_false_alarms_are_told(tmp_path, every):
-    file = tmp_path / "study.yaml"
-    charts = "charts: {a: {of: weak_rls.leakage, chart: cusum}}"
-    file.write_text(study("detection.online", f"{{false_alarm_every: {every}, {charts}}}"))
-    with pytest.raises(ConfigError, match=r":5: detection\.online\.false_alarm_every"):
-        load_experiment(file)
-
-
-def test_options_may_stand_beside_the_rule_and_one_time_is_a_list(tmp_path):
-    file = tmp_path / "study.yaml"
+def test_options_may_stand_beside_the_rule_and_one_time_is_a_list(loaded):
     charts = "charts: {a: {of: weak_rls.leakage, chart: cusum, shift: 3}}"
-    file.write_text(study("detection.online", f"{{false_alarm_every: 2 h, {charts}}}"))
-    online = load_experiment(file).detection.online
+    online = loaded(study("detection.online", f"{{false_alarm_every: 2 h, {charts}}}")).detection.online
     assert online.false_alarm_every == [7200.0]
     assert online.charts["a"].options == {"shift": 3}
 
@@ -185,52 +175,31 @@ study:
   shifts: {rough: {friction.scale: {uniform: [1.5, 2]}}}
 """
 
-NORMAL = pytest.approx([1.0, 0.05])
 
-
-@pytest.fixture
-def child(tmp_path):
+def test_a_distribution_replaces_the_inherited_one_and_null_leaves_it_out(loaded, tmp_path):
     (tmp_path / "parent.yaml").write_text(PARENT)
 
-    def load(study="{}", *settings):
-        file = tmp_path / "child.yaml"
-        file.write_text(f"name: child\nextends: parent.yaml\nstudy: {study}\n")
-        return load_experiment(file, settings).study
+    def child(study, *settings):
+        return loaded(f"name: child\nextends: parent.yaml\nstudy: {study}\n", *settings).study
 
-    return load
-
-
-def test_a_distribution_replaces_the_inherited_one(child):
     in_file = child("{population: {over: {friction.scale: {normal: ±5 %}}}}")
     set_later = child("{}", "study.population.over.friction.scale={normal: ±5 %}")
     for study in (in_file, set_later):
-        assert study.population.over["friction.scale"] == {"normal": NORMAL}
+        assert study.population.over["friction.scale"] == {"normal": pytest.approx([1.0, 0.05])}
         assert "supply.pressure" in study.population.over
-
-
-def test_null_leaves_out_what_was_inherited(child):
-    study = child("{shifts: null, population: {over: null}}")
-    assert study.shifts == {}
-    assert study.population.over == {}
+    bare = child("{shifts: null, population: {over: null}}")
+    assert bare.shifts == bare.population.over == {}
 
 
 TEMPLATES = Path(__file__).parents[2] / "configs" / "templates"
 
 
-def _shift(fluid, value, name="fluid.bulk_modulus"):
-    study = {"healthy": {"fit": 1, "test": 1}, "shifts": {"other": {name: value}}}
-    loaded = hydrofdi.load_experiment({"fluid": fluid, "study": study})
-    return loaded.study.shifts["other"][name]
-
-
 @pytest.mark.parametrize("template", ["actuator.yaml", "online.yaml"])
 @pytest.mark.parametrize("own", ["551 MPa", "1.4 GPa"])
-def test_the_stiffer_oil_of_a_template_is_stiffer_than_any_of_its_population(template, own, tmp_path):
+def test_the_stiffer_oil_of_a_template_is_stiffer_than_any_of_its_population(template, own, loaded):
     text = (TEMPLATES / template).read_text().replace("bulk_modulus: 551 MPa", f"bulk_modulus: {own}")
     assert own in yaml.safe_load(text)["fluid"]["bulk_modulus"]
-    file = tmp_path / template
-    file.write_text(text)
-    study = hydrofdi.load_experiment(file).study
+    study = loaded(text).study
     _, highest = study.population.over["fluid.bulk_modulus"]["uniform"]
     assert study.shifts["stiffer"]["fluid.bulk_modulus"] > highest
 
@@ -243,5 +212,6 @@ def test_the_stiffer_oil_of_a_template_is_stiffer_than_any_of_its_population(tem
         ("friction.scale", "+25 %", 1.25),
     ],
 )  # fmt: skip
-def test_a_share_is_taken_of_the_own_value(name, value, expected):
-    assert _shift({"bulk_modulus": "900 MPa"}, value, name) == pytest.approx(expected, rel=1e-12)
+def test_a_share_is_taken_of_the_own_value(loaded, name, value, expected):
+    shifts = loaded(STUDY, "fluid.bulk_modulus=900 MPa", f"study.shifts.other.{name}={value}").study.shifts
+    assert shifts["other"][name] == pytest.approx(expected, rel=1e-12)

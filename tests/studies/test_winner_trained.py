@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
-from hydrofdi.config import load_experiment
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import DetectableSeverity
-from hydrofdi.execution import InProcessEngine
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 from tests.commands import run, run_json
+from tests.studies.populations import stored
 
 STUDY = """
 name: ranked
@@ -44,16 +41,18 @@ KINDS = ["dwt.d2", "rings.damping_ratio", "unusual", "outside", "leak", "odds", 
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("ranked")
-    (folder / "study.yaml").write_text(STUDY)
-    run_sweep(load_experiment(folder / "study.yaml"), folder / "results", InProcessEngine())
-    return folder
+def data(tmp_path_factory):
+    return stored(tmp_path_factory.mktemp("ranked"), STUDY)
 
 
 @pytest.fixture(scope="module")
-def detection(study):
-    return judge_study(read_results(study / "results"))[0]
+def study(data):
+    return data.path.parent.parent
+
+
+@pytest.fixture(scope="module")
+def detection(data):
+    return judge_study(data)[0]
 
 
 def judged_as_in_the_study(detection, judgement, detector, records):
@@ -77,18 +76,17 @@ def judged_as_in_the_study(detection, judgement, detector, records):
 
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_of_score_is_trained_and_run_with_the_numbers_of_the_study(
-    study, detection, name, tmp_path
+    study, data, detection, name, tmp_path
 ):
     (judgement,) = (each for each in detection.judgements if each.scored.name == name)
-    settings = detector_settings(read_results(study / "results").experiment, judgement, detection.rules)
+    settings = detector_settings(data.experiment, judgement, detection.rules)
     detector = hydrofdi.train(study / "results", config=settings, out=tmp_path / "detector.json")
     again = hydrofdi.Detector.load(tmp_path / "detector.json")
     assert again.file == detector.file
     judged_as_in_the_study(detection, judgement, again, again.judge(study / "results"))
 
 
-def test_the_command_that_the_report_names_trains_the_winner(study, detection, monkeypatch):
-    data = read_results(study / "results")
+def test_the_command_that_the_report_names_trains_the_winner(study, data, detection, monkeypatch):
     (told,) = DetectionReport("ranked", data.path, (detection,), data)._training.paragraphs
     arguments = told.replace(str(study) + "/", "").partition("hydrofdi ")[2].split()
     monkeypatch.setattr("hydrofdi.api.detectors.training.judge_study", lambda _: (detection,))

@@ -184,21 +184,15 @@ def test_every_set_of_sensors_has_a_row(n_healthy):
     assert best == sorted(best)
 
 
-def study(*scores, **chosen):
-    records = made_up_records(**chosen)
-    return detect(records, [score(records) for score in scores], Rules())
-
-
-def worse(records):
-    return made_up_score(records, "worse", gain=3.0, seed=4, channels=(P1, P2, U))
-
-
-def good(records):
-    return made_up_score(records, "good", gain=200.0, seed=5, channels=(P1,))
+def good_and_worse(records):
+    return [
+        made_up_score(records, "good", gain=200.0, seed=5, channels=(P1,)),
+        made_up_score(records, "worse", gain=3.0, seed=4, channels=(P1, P2, U)),
+    ]
 
 
 def test_more_sensors_never_find_less():
-    detection = study(good, worse)
+    detection = judged(good_and_worse)
     assert {each.scored.name for each in best_with_sensors(detection).values()} == {"good"}
     (sheet,) = answer_block(detection).tables
     assert [row[1] for row in rows(sheet)] == ["good"]

@@ -2,8 +2,6 @@
 
 import json
 
-import pytest
-
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.report.detection.populations import why_block
@@ -24,17 +22,13 @@ def moved(**chosen):
     return detect(records, [named], RULES)
 
 
-@pytest.fixture(scope="module")
-def detection():
-    return moved()
-
-
 def cells(block, key):
     (sheet,) = (sheet for sheet in block.tables if sheet.key == key)
     return {row[1]: [text.replace("\N{NO-BREAK SPACE}", " ") for text in row[2:]] for row in rows(sheet)}
 
 
-def test_the_table_of_nuisances_has_the_numbers_of_the_plain_data(detection):
+def test_the_table_of_nuisances_has_the_numbers_of_the_plain_data():
+    detection = moved()
     block = why_block(detection)
     shown = cells(block, "nuisances")
     assert set(shown) == {BULK, FRICTION, "record to record", IDLE}

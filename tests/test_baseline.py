@@ -28,14 +28,6 @@ def baseline_of(*settings):
     return load_experiment(None, settings).baseline
 
 
-def table_of(*settings):
-    return expand_runs(load_experiment(None, settings))
-
-
-def runs_of(*settings):
-    return table_of(*settings).runs
-
-
 def test_the_baseline_is_the_experiments_own_actuator_sealed_unless_it_says_otherwise():
     stiff = {"fluid.bulk_modulus": 1.2e9} | SEALED
     assert baseline_of(STIFF) == stiff
@@ -53,7 +45,7 @@ def test_a_baseline_that_leaks_is_a_mistake(leak):
 
 
 def test_runs_are_compared_with_the_own_actuator_and_leaks_are_solved_for_it():
-    table = table_of(STIFF, EBM, FLOW)
+    table = expand_runs(load_experiment(None, [STIFF, EBM, FLOW]))
     leaky = [run for run in table.runs if run.calibration]
     assert len(leaky) == 3
     assert {run.calibration.fluid.bulk_modulus for run in leaky} == {1.2e9}
@@ -61,7 +53,10 @@ def test_runs_are_compared_with_the_own_actuator_and_leaks_are_solved_for_it():
     assert table.runs[fixed].parameters.fluid.bulk_modulus == 1.2e9
     assert fixed < table.n_swept, "the sweep holds its own healthy run"
     assert table.matched_baseline[fixed] == fixed
-    table = table_of("leakage.external_coefficient=1e-13", FLOW)
+
+
+def test_a_healthy_actuator_keeps_its_own_external_leakage():
+    table = expand_runs(load_experiment(None, ["leakage.external_coefficient=1e-13", FLOW]))
     healthy = table.runs[table.fixed_baseline[-1]].parameters.leakage
     assert (healthy.external_coefficient, healthy.internal_coefficient) == (1e-13, 0.0)
 
@@ -150,6 +145,10 @@ DRAWN = "sweep.sample={count: 16, over: {friction.viscous: {uniform: [40, 60]}, 
 NOMINAL = "calibration.at=nominal"
 
 
+def runs_of(*settings):
+    return expand_runs(load_experiment(None, settings)).runs
+
+
 def test_each_run_is_solved_for_its_own_actuator_by_default():
     runs = runs_of(FLOWS, DRAWN)
     assert runs.solutions() == {"flows": 2, "conditions": 16, "total": 32}
@@ -211,21 +210,22 @@ def test_a_nominal_coefficient_is_shared_and_flows_differ(tmp_path, experiment_f
 BASE = "name: base\nanalysis: {discard: 1 period}\nrecord: {duration: 4 s}\nstore: {signals: none}\n"
 
 
+def _refusal(file: Path, *settings: str) -> str:
+    with pytest.raises(ConfigError) as refused:
+        expand_runs(load_experiment(file, settings))
+    return str(refused.value)
+
+
 @pytest.fixture
-def told(tmp_path: Path) -> Callable[..., str]:
-    """The refusal of a file that extends another, or nothing."""
+def own(tmp_path: Path) -> Callable[[str], Path]:
     (tmp_path / "base.yaml").write_text(BASE)
 
-    def read(text: str, *settings: str) -> str:
+    def write(text: str) -> Path:
         file = tmp_path / "own.yaml"
         file.write_text(f"extends: base.yaml\n{text}")
-        try:
-            expand_runs(load_experiment(file, settings))
-        except ConfigError as refused:
-            return str(refused)
-        return ""
+        return file
 
-    return read
+    return write
 
 
 @pytest.mark.parametrize(
@@ -239,18 +239,22 @@ def told(tmp_path: Path) -> Callable[..., str]:
         "sweep: {grid: {record.duration: [2 s, 8 s]}}\n",
     ],
 )
-def test_the_least_duration_that_is_named_works_and_a_sample_less_does_not(told, text: str) -> None:
-    least = float(re.search(r"set record\.duration to (\S+) s or more", told(text))[1])
+def test_the_least_duration_that_is_named_works_and_a_sample_less_does_not(own, text: str) -> None:
+    file = own(text)
+    found = re.search(r"set record\.duration to (\S+) s or more", _refusal(file))
+    assert found
+    least = float(found[1])
     key = "sweep.grid.record.duration=[{} s]" if "record.duration:" in text else "record.duration={} s"
-    assert told(text, key.format(least)) == ""
-    assert "set record.duration to" in told(text, key.format(round(least - 0.002, 6)))
+    expand_runs(load_experiment(file, [key.format(least)]))
+    assert "set record.duration to" in _refusal(file, key.format(round(least - 0.002, 6)))
 
 
-def test_the_number_of_levels_that_is_named_works(told) -> None:
-    text = "wavelet: {levels: 8}\n"
-    most = int(re.search(r"or wavelet\.levels to (\d+)", told(text))[1])
-    assert told(text, f"wavelet.levels={most}") == ""
-    assert "wavelet.levels" in told(text, f"wavelet.levels={most + 1}")
+def test_the_number_of_levels_that_is_named_works(own) -> None:
+    file = own("wavelet: {levels: 8}\n")
+    found = re.search(r"or wavelet\.levels to (\d+)", _refusal(file))
+    assert found
+    expand_runs(load_experiment(file, [f"wavelet.levels={found[1]}"]))
+    assert "wavelet.levels" in _refusal(file, f"wavelet.levels={int(found[1]) + 1}")
 
 
 COUNT = 4096

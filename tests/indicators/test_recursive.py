@@ -115,12 +115,18 @@ def test_any_record_is_measured(seed):
     }
     records = batch(channels, drive_period=draw.choice([0.1, 2.0, 1e-4]))
     kept = {channel: samples.copy() for channel, samples in records.channels.items()}
-    for some in (records, records.rows([])):
-        measures = measure(some, INDICATORS)
-        assert {len(value) for value in (measures.values | measures.obstacles).values()} == {some.n_record}
-        assert not any(np.isinf(value).any() for value in measures.values.values())
+    measures = measure(records, INDICATORS)
+    assert all(len(value) == records.n_record for value in measures.values.values())
+    assert not any(np.isinf(value).any() for value in measures.values.values())
     for channel, samples in kept.items():
         np.testing.assert_array_equal(records[channel], samples)
+
+
+def test_a_batch_without_records_has_no_numbers():
+    records = batch({channel: np.ones((1, 100)) for channel in (P1, P2, U, X, XV)}).rows([])
+    measures = measure(records, INDICATORS)
+    assert {len(value) for value in measures.values.values()} == {0}
+    assert set(measures.obstacles.values()) == {()}
 
 
 BLIND = {"spool": "command", "supply": "sum"}
@@ -129,16 +135,18 @@ BLIND = {"spool": "command", "supply": "sum"}
 @pytest.fixture(scope="module")
 def healthy():
     """One healthy record of 8 s with sensor noise."""
-    return noisy(signals.simulated("record.duration=8 s", leaks=[0.0], moduli=[551e6]), [0], seed=5)
+    return noisy(simulated("record.duration=8 s", leaks=[0.0], moduli=[551e6]), [0], seed=5)
 
 
-def test_sizes_that_no_actuator_has_are_refused():
-    for option, wrong in {
-        "piston_area": 633, "chamber_volume": "280 m^3", "bulk_modulus": "551 GPa",
-        "supply_pressure": "17.2 GPa",
-    }.items():  # fmt: skip
-        with pytest.raises(ConfigError, match=option):
-            make_indicators({"weak_rls": {option: wrong}})
+WRONG = {
+    "piston_area": 633, "chamber_volume": "280 m^3", "bulk_modulus": "551 GPa", "supply_pressure": "17.2 GPa",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("option", WRONG)
+def test_sizes_that_no_actuator_has_are_refused(option):
+    with pytest.raises(ConfigError, match=option):
+        make_indicators({"weak_rls": {option: WRONG[option]}})
 
 
 @pytest.mark.parametrize("option", ["supply_deviation", "flow_gain_deviation"])

@@ -13,11 +13,16 @@ from hydrofdi.config.sections.csv_input import held_text
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.inputs import input_voltage
+from hydrofdi.simulation.inputs import input_voltage, largest_voltage
 from tests.conftest import Command
 
 RUN = RecordConfig(duration=2.0)
 SQUARE = "time [ms], voltage [mV]\n0, 2000\n500, -2000\n1000, 2000\n1500, -2000\n"
+
+
+def _voltage(text: str, run: RecordConfig = RUN) -> np.ndarray:
+    drive = InputConfig(shape="csv", file=held_text("drive.csv", text))
+    return input_voltage(drive, run, np.arange(run.n_step))
 
 
 def _parameters(text: str, **values: object) -> RunParameters:
@@ -47,9 +52,7 @@ def test_rows_of_a_square_give_the_bits_of_the_square_alone_and_in_a_batch() -> 
 
 
 def test_edge_between_steps_takes_effect_at_the_next_step() -> None:
-    text = "-1,0\n0.5,1\n0.60005,2\n0.70001,3\n0.70009,4\n"
-    drive = InputConfig(shape="csv", file=held_text("drive.csv", text))
-    voltage = input_voltage(drive, RUN, np.arange(RUN.n_step))
+    voltage = _voltage("-1,0\n0.5,1\n0.60005,2\n0.70001,3\n0.70009,4\n")
     assert (np.flatnonzero(np.diff(voltage)) + 1).tolist() == [5000, 6001, 7001]
     assert voltage[[0, 5000, 6000, 6001, 7000, 7001, -1]].tolist() == [0.0, 1.0, 1.0, 2.0, 2.0, 4.0, 4.0]
 

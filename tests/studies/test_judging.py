@@ -14,22 +14,6 @@ from tests.evaluation.repeats import holds_at_least
 from tests.studies.populations import FIT, LEVELS, PILOT, STIFFER, TEST, WORN, rising, study, usual
 
 RULES = Rules()
-USUAL = usual()
-SCORED = rising(USUAL)
-
-
-def judged(values=SCORED.values, records=USUAL, **changes):
-    return judge(records, replace(SCORED, values=values, **changes), RULES)
-
-
-def changed(population, change):
-    """The usual scores, of which those of a population are changed."""
-    values, rows = SCORED.values.copy(), USUAL.rows(population)
-    values[rows] = change(values[rows])
-    return values
-
-
-PLAIN = judged()
 
 
 def told(judgement):
@@ -38,26 +22,37 @@ def told(judgement):
 
 
 def test_shuffled_records_tell_nothing():
-    judgement = judged(np.random.default_rng(3).permutation(SCORED.values))
+    records = usual()
+    scored = rising(records)
+    shuffled = np.random.default_rng(3).permutation(scored.values)
+    judgement = judge(records, replace(scored, values=shuffled), RULES)
     assert sum(level.area.low <= 0.5 <= level.area.high for level in judgement.levels) >= 7
     assert judgement.smallest["q90_95"].value is None
 
 
 def test_test_records_touch_neither_threshold_nor_direction():
-    is_fit = np.array([each.is_fit for each in USUAL.populations])[USUAL.of_record]
-    strange = np.where(is_fit, SCORED.values, -100.0 * SCORED.values)
-    plain, changed = (judged(values, direction=None) for values in (SCORED.values, strange))
+    records = usual()
+    scored = rising(records, direction=None)
+    strange = scored.values.copy()
+    for population in records.populations:
+        if not population.is_fit:
+            rows = records.rows(population)
+            strange[rows] = -100.0 * strange[rows][::-1]
+    plain, changed = (judge(records, replace(scored, values=v), RULES) for v in (scored.values, strange))
     assert plain.direction is changed.direction is Direction.RISING
     assert plain.threshold == changed.threshold
     assert plain.false_alarms != changed.false_alarms
 
 
 def test_true_severities_touch_neither_threshold_nor_alarms_nor_areas():
-    poisoned = judged(records=replace(USUAL, severity=USUAL.severity[::-1] + 7.0))
-    assert PLAIN.threshold == poisoned.threshold
-    assert PLAIN.false_alarms == poisoned.false_alarms
-    assert [(e.detected, e.area) for e in PLAIN.levels] == [(e.detected, e.area) for e in poisoned.levels]
-    assert PLAIN.smallest != poisoned.smallest
+    records = usual()
+    scored = rising(records)
+    poisoned = replace(records, severity=records.severity[::-1] + 7.0)
+    plain, changed = judge(records, scored, RULES), judge(poisoned, scored, RULES)
+    assert plain.threshold == changed.threshold
+    assert plain.false_alarms == changed.false_alarms
+    assert [(e.detected, e.area) for e in plain.levels] == [(e.detected, e.area) for e in changed.levels]
+    assert plain.smallest != changed.smallest
 
 
 @pytest.mark.parametrize("with_groups", [False, True])
@@ -79,11 +74,14 @@ def test_the_order_of_records_changes_nothing(with_groups):
 
 
 def test_falling_and_two_sided_scores_are_mirror_images():
-    mirrored = judged(-SCORED.values, direction=Direction.FALLING)
-    assert PLAIN.threshold.high == -mirrored.threshold.low
-    assert PLAIN.false_alarms == mirrored.false_alarms
-    assert PLAIN.smallest == mirrored.smallest
-    both = judged(direction=Direction.BOTH)
+    records = usual()
+    scored = rising(records)
+    fallen = replace(scored, values=-scored.values, direction=Direction.FALLING)
+    plain, mirrored = judge(records, scored, RULES), judge(records, fallen, RULES)
+    assert plain.threshold.high == -mirrored.threshold.low
+    assert plain.false_alarms == mirrored.false_alarms
+    assert plain.smallest == mirrored.smallest
+    both = judge(records, replace(scored, direction=Direction.BOTH), RULES)
     assert np.isfinite([both.threshold.low, both.threshold.high]).all()
     assert both.levels[-1].area.value > 0.95
 
@@ -193,19 +191,29 @@ def test_the_stated_severity_is_not_too_small(repeats):
 
 
 def test_alarms_in_place_of_detections_are_seen_on_healthy_records():
-    assert PLAIN.keeps_its_rate
-    for healthy in (TEST, STIFFER):
-        assert not judged(changed(healthy, lambda own: own + 1.0)).keeps_its_rate
-    confused = judged(changed(WORN, lambda own: own + 5.0))
-    assert confused.false_alarms[WORN].value > 0.9
-    assert confused.keeps_its_rate, "another fault is no healthy machine"
+    records = usual()
+    scored = rising(records)
+    shifted = scored.values.copy()
+    shifted[records.rows(TEST)] += 1.0
+    judgement = judge(records, replace(scored, values=shifted), RULES)
+    assert not judgement.keeps_its_rate
+    assert judge(records, scored, RULES).keeps_its_rate
+    warm = scored.values.copy()
+    warm[records.rows(STIFFER)] += 1.0
+    assert not judge(records, replace(scored, values=warm), RULES).keeps_its_rate
+    confused = scored.values.copy()
+    confused[records.rows(WORN)] += 5.0
+    judgement = judge(records, replace(scored, values=confused), RULES)
+    assert judgement.false_alarms[WORN].value > 0.9
+    assert judgement.keeps_its_rate, "another fault is no healthy machine"
 
 
 def test_records_without_a_score_are_no_alarms_and_those_with_a_fault_are_missed():
-    values = SCORED.values.copy()
-    values[USUAL.rows(LEVELS[8])[:40]] = np.nan
-    values[USUAL.rows(FIT)[:10]] = np.nan
-    judgement = judged(values)
+    records = usual()
+    values = rising(records).values.copy()
+    values[records.rows(LEVELS[8])[:40]] = np.nan
+    values[records.rows(FIT)[:10]] = np.nan
+    judgement = judge(records, Scored("s", values, direction=Direction.RISING), RULES)
     assert (judgement.levels[8].detected.total, judgement.levels[8].detected.not_measurable) == (100, 40)
     assert judgement.threshold.not_measurable == 10
     assert any("count as missed: 40 of 100 at '1'" in remark for remark in judgement.remarks)
@@ -221,7 +229,9 @@ def test_nothing_measurable_is_nothing_stated():
 
 
 def test_a_severity_that_nobody_knows_gives_no_curve():
-    judgement = judged(records=replace(USUAL, severity=np.where(USUAL.severity > 0.0, np.nan, 0.0)))
+    records = usual()
+    unknown = replace(records, severity=np.where(records.severity > 0.0, np.nan, 0.0))
+    judgement = judge(unknown, rising(records), RULES)
     assert judgement.curve is None
     assert any("no faulty record has a known severity" in refusal for refusal in judgement.refusals)
     assert judgement.levels[8].detected.value > 0.9
@@ -243,32 +253,51 @@ def test_without_healthy_test_records_groups_are_left_out_in_turn():
     assert any("no healthy record was tested" in refusal for refusal in ungrouped.refusals)
 
 
-def test_bounds_of_records_in_groups_come_from_levels_and_few_groups_that_agree_show_nothing():
+def test_bounds_of_records_in_groups_come_from_levels():
     records = usual(each=60)
-    alike, few = (
-        replace(records, groups=[str(number % n_group) for number in range(records.severity.size)])
-        for n_group in (40, 6)
-    )
+    alike = replace(records, groups=[str(number % 40) for number in range(records.severity.size)])
     plain, grouped = judge(records, rising(records), RULES), judge(alike, rising(records), RULES)
     assert plain.smallest["q90"] == grouped.smallest["q90"]
     levels = [records.severity[records.rows(level)].max() for level in LEVELS]
     assert grouped.smallest["q90_95"].severity in levels
     assert grouped.smallest["q90_95"].severity >= plain.smallest["q90_95"].severity
+
+
+def test_few_groups_that_agree_show_nothing():
+    records = usual(each=60)
+    few = replace(records, groups=[str(number % 6) for number in range(records.severity.size)])
     judgement = judge(few, rising(records, slope=9.0), RULES)
     assert judgement.levels[-1].detected.count == 60
     assert "q90_95" not in judgement.smallest
-    wanted = "q90/95 needs 29 groups of faulty records that agree; there are 6"
-    assert any(wanted in text for text in judgement.refusals)
+    assert any(
+        "q90/95 needs 29 groups of faulty records that agree; there are 6" in text
+        for text in judgement.refusals
+    )
 
 
 def test_faulty_fit_records_are_never_tested():
-    assert PILOT not in [level.population for level in judged(direction=None).levels]
-    assert judged(changed(PILOT, np.negative), direction=None).direction is Direction.FALLING
+    records = usual()
+    scored = rising(records, direction=None)
+    judgement = judge(records, scored, RULES)
+    assert PILOT not in [level.population for level in judgement.levels]
+    fallen = scored.values.copy()
+    fallen[records.rows(PILOT)] *= -1.0
+    assert judge(records, replace(scored, values=fallen), RULES).direction is Direction.FALLING
 
 
-def test_a_rate_that_too_few_records_show_is_neither_kept_nor_broken():
-    for tested in (0, 1, 200):
-        kept = np.setdiff1d(np.arange(USUAL.of_record.size), USUAL.rows(TEST)[tested:])
-        fewer = StudyRecords(USUAL.populations, USUAL.of_record[kept], USUAL.severity[kept], "1")
-        assert judge(fewer, rising(fewer), RULES).keeps_its_rate is None
-    assert judged(changed(STIFFER, lambda own: np.nan)).keeps_its_rate is None
+@pytest.mark.parametrize("tested", [0, 1, 200])
+def test_a_rate_that_too_few_records_show_is_neither_kept_nor_broken(tested):
+    records = usual(healthy=1000)
+    few = records.rows(TEST)[tested:]
+    kept = np.setdiff1d(np.arange(records.of_record.size), few)
+    fewer = StudyRecords(records.populations, records.of_record[kept], records.severity[kept], "1")
+    assert judge(records, rising(records), Rules()).keeps_its_rate is True
+    assert judge(fewer, rising(fewer), Rules()).keeps_its_rate is None
+
+
+def test_a_shift_without_a_score_leaves_the_rate_unknown():
+    records = usual(healthy=1000)
+    scored = rising(records)
+    values = scored.values.copy()
+    values[records.rows(STIFFER)] = np.nan
+    assert judge(records, replace(scored, values=values), Rules()).keeps_its_rate is None

@@ -16,6 +16,11 @@ from tests.report.detection.made_up import judged, made_up_records, made_up_scor
 FIGURES = {"ranking", "pod", "roc", "false_alarms", "densities"}
 
 
+def texts(figure):
+    found = figure.findobj(lambda artist: hasattr(artist, "get_text") and artist.get_text())
+    return " ".join(artist.get_text() for artist in found)
+
+
 def test_the_ranking_shows_what_is_found(detection):
     (axis,) = draw_figure(report_of(detection), "ranking").axes
     first = detection.judgements[0].smallest
@@ -24,16 +29,11 @@ def test_the_ranking_shows_what_is_found(detection):
         assert any(x == pytest.approx(first[name].severity * 6e4) for x in drawn)
 
 
-def leak_score(records):
-    return [made_up_score(records, "leak", gain=200.0, unit="m^3/s")]
-
-
-def leak_in_si(records):
-    return [replace(each, values=each.values * 1e-3 / 60.0) for each in leak_score(records)]
-
-
 def test_densities_of_flows_are_drawn_in_litres_per_minute():
-    detection = judged(leak_in_si)
+    records = made_up_records()
+    score = made_up_score(records, "leak", gain=200.0, unit="m^3/s")
+    scaled = replace(score, values=score.values * 1e-3 / 60.0)
+    detection = detect(records, [scaled], Rules())
     (axis,) = draw_figure(report_of(detection), "densities").axes
     assert axis.get_xlabel() == "score [L/min]"
     threshold = 6e4 * detection.judgements[0].threshold.high

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,20 +61,6 @@ def said(rules: Iterable[Rule], experiment: ExperimentConfig, distinct: Distinct
     return list(dict.fromkeys(sentence for rule in rules for sentence in rule(experiment, distinct)))
 
 
-def period_count(run: RunParameters) -> float:
-    """Periods of the input in the record; NaN if it has none."""
-    return run.record.duration / run.input.period if run.input.is_periodic else math.nan
-
-
-def place_in_bands(frequency: float, bands: Sequence[tuple[float, float]]) -> tuple[int, float]:
-    """Level whose band holds a frequency, and its distance from the nearest edge in octaves."""
-    edges = [bands[0][1], *(low for low, _ in bands)]
-    level = sum(frequency < edge for edge in edges)
-    if not frequency > 0.0:
-        return level, math.nan
-    return level, min(abs(math.log2(frequency / edge)) for edge in edges)
-
-
 def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """A mode near the edge of a band, if an indicator has the bands of a wavelet transform."""
     made = experiment.indicator_choice.made(experiment.wavelet).values()
@@ -82,8 +68,8 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
         return
     for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
         frequency = natural_frequency(run) if run.plant.fmu is None else math.nan
-        bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
-        if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:
+        edges = chain.from_iterable(level_bands(run.record.sampling_frequency, run.wavelet.levels))
+        if frequency > 0.0 and min(abs(math.log2(frequency / each)) for each in edges) < NEAR_BAND_EDGE:
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
             yield (
                 f"Two wavelet levels share the natural frequency, {frequency:.1f} Hz at EBM {modulus}, so"
@@ -145,8 +131,7 @@ def _doubts_of_fmu(experiment: ExperimentConfig, distinct: Distinct) -> Iterator
 
 def _periods(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     for run in distinct("input", "record"):
-        n_period = period_count(run)
-        if math.isfinite(n_period) and not is_whole(n_period):
+        if run.input.is_periodic and not is_whole(n_period := run.record.duration / run.input.period):
             yield f"the record holds {n_period:g} periods, no whole number: features depend on where it ends"
 
 

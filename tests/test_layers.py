@@ -42,7 +42,6 @@ HOMES = {
     "nptdms": ("records/array_reader.py",),
     "pywt": ("transforms/", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
-    "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py", "api/plants.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("report/table.py", "records/opening.py", "records/writing.py"),

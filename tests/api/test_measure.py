@@ -3,7 +3,6 @@
 import numpy as np
 import pandas
 import pytest
-import xarray
 
 import hydrofdi
 from tests.commands import run_json
@@ -53,15 +52,11 @@ def holders(signals):
             frame.rename(columns={"P1 [bar]": "A"}),
             {"channel": {"A": "P1"}, "unit": {"A": "bar"}},
         ),
-        "dataset": (signals, {}),
-        "data array": (signals.chamber_1_pressure, {}),
         "one of several": ({"P1": bar * 1e5, "P2": bar}, {"channel": "P1", **rate}),
     }
 
 
-@pytest.mark.parametrize(
-    "name", holders(xarray.Dataset({"chamber_1_pressure": ("time", [0.0]), "time": [0.0]}))
-)
+@pytest.mark.parametrize("name", holders(pandas.DataFrame({"chamber_1_pressure": [0.0], "time": [0.0]})))
 def test_whatever_holds_the_samples_gives_the_numbers_of_the_command(name, signals, expected):
     data, options = holders(signals)[name]
     table = hydrofdi.measure(data, **options)
@@ -90,7 +85,7 @@ def test_a_table_turns_into_what_people_use(pressure):
         table["dwt.d22"]
 
 
-def test_records_side_by_side_are_rows_with_their_names_and_reasons(signals, pressure):
+def test_records_side_by_side_are_rows_with_their_reasons(pressure):
     table = hydrofdi.measure(np.stack([pressure, 2.0 * pressure]), sampling_frequency=RATE)
     np.testing.assert_allclose(table["dwt.d1"][1], 2.0 * table["dwt.d1"][0])
     assert table["record_id"].tolist() == ["0", "1"]
@@ -99,12 +94,6 @@ def test_records_side_by_side_are_rows_with_their_names_and_reasons(signals, pre
     assert np.isnan(table["dwt.d2"]).tolist() == [False, True]
     assert table["status"].tolist() == ["ok", "stuck"]
     assert "chamber_1_pressure never changes" in table["reasons"][1]
-    units = xarray.DataArray(["new", "old"], dims="unit", name="unit")
-    both = xarray.concat([signals.chamber_1_pressure] * 2, dim=units)
-    data = signals.drop_vars("chamber_1_pressure").assign(chamber_1_pressure=both)
-    table = hydrofdi.measure(data, "dwt,cross_correlation")
-    assert table["record_id"].tolist() == ["new", "old"]
-    assert table["dwt.d2"][0] == table["dwt.d2"][1]
 
 
 HEALTHY = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((120, 500))

@@ -29,7 +29,7 @@ from hydrofdi.records.source import (
 )
 from hydrofdi.records.times import counts_samples, named_time
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
+from hydrofdi.settings.ready import located, ready_hint
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,6 @@ def _source_at(path: Path, channels: Collection[Channel], said: Described) -> Re
 def kind_of(path: Path) -> str:
     """What stands at a path: ``results``, an ``experiment``, a ``description``, or ``measured`` files."""
     if path.is_dir():
-        warn_if_shadowing(path, path)
         return _kind_of_folder(path)
     if not path.exists():
         raise DataError(f"{path}: no such file or folder{ready_hint(path)}")

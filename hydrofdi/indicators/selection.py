@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from hydrofdi.errors import ConfigError, IndicatorWarning, Issue
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
@@ -20,6 +20,8 @@ from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import read_extended
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
+
+_log = logging.getLogger(__name__)
 
 LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 
@@ -52,7 +54,7 @@ def label_mistake(label: object, of: str = "an indicator") -> str | None:
 def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
     """Label → options, for any form of choice; mistakes are collected in `source`."""
     for shadow in shadows():
-        warnings.warn(shadow, IndicatorWarning, stacklevel=2)
+        _log.warning("warning: %s", shadow)
     if isinstance(chosen, str) and chosen.strip() == "all":
         return {name: {} for name in _loadable_names()}
     given = [name.strip() for name in chosen.split(",")] if isinstance(chosen, str) else chosen
@@ -91,7 +93,7 @@ def _loadable_names() -> list[str]:
             sound_indicator(name)
             names.append(name)
         except ConfigError as error:
-            warnings.warn(f"{error}; the indicator is omitted", IndicatorWarning, stacklevel=3)
+            _log.warning("warning: %s; the indicator is omitted", error)
     return names
 
 

@@ -15,9 +15,7 @@ from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_value
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
-from hydrofdi.config.sweep import quantiles
 from hydrofdi.detectors.run_lengths import time_needed
-from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
@@ -32,9 +30,6 @@ from hydrofdi.transforms.wavelet import level_bands
 
 NEAR_BAND_EDGE = 0.25
 """A mode within so many octaves of a band's edge may answer in either level."""
-
-FEW_SAMPLES = 20
-"""Samples per period of an intermittent leak below which its mean flow, a mean over samples, is off."""
 
 MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""
@@ -77,16 +72,6 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
                 " levels; other indicators are not affected"
             )
             return
-
-
-def _intermittent_leaks(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    for run in distinct("leakage", "record"):
-        n_sample = run.leakage.onset_duration * run.record.sampling_frequency
-        if run.leakage.onset == "intermittent" and n_sample < FEW_SAMPLES:
-            yield (
-                f"an intermittent leak of period {run.leakage.onset_duration:g} s is sampled only"
-                f" {n_sample:g} times in it: its mean flow is off"
-            )
 
 
 def _folding(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -226,30 +211,6 @@ def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterat
             yield f"study.{key} = {count} {cannot} needs {needed:,} records"
 
 
-def _shifts_inside(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on each shift whose values the fit records may have as well."""
-    study = experiment.study
-    assert study is not None
-    drawn = study.population.over | study.population.per_record
-    for name, changes in study.shifts.items():
-        ranges = {each: _usual_range(drawn[each]) for each in changes if each in drawn}
-        if len(ranges) == len(changes) and all(
-            isinstance(value, float) and low <= value <= high
-            for value, (low, high) in zip(changes.values(), ranges.values(), strict=True)
-        ):
-            shown = ", ".join(f"{each} = {shown_value(each, value)}" for each, value in changes.items())
-            yield (
-                f"study.shifts.{name}: {shown} lies inside the population, so fit records show this condition"
-                " as well; shift it further, or call it a confusion if it is a fault"
-            )
-
-
-def _usual_range(distribution: dict[Any, list[Any]]) -> tuple[float, float]:
-    """Where all but one in a hundred draws lie; not a number if they are not numbers."""
-    low, high = quantiles(distribution, np.array([0.005, 0.995]))
-    return (float(low), float(high)) if isinstance(low, int | float) else (np.nan, np.nan)
-
-
 def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Indicators that charts watch, each with the instants of its trace [s]."""
     from hydrofdi.studies.charts import watched_instants  # only a study loads its rooms
@@ -296,25 +257,10 @@ def _onsets(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
         )
 
 
-def _extra(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    from hydrofdi.studies.reading import asks_for_extra
-
-    if asks_for_extra(experiment.detection) and not has_extra():
-        yield f"the report will leave out scores that need the extra: {EXTRA}"
-
-
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]
 
-RULES: tuple[Rule, ...] = (
-    _bands,
-    _intermittent_leaks,
-    _folding,
-    _doubts_of_fmu,
-    _periods,
-    without_results,
-    other_machines,
-)
-STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _shifts_inside, _free_supply_sensors, _onsets, _extra)
+RULES: tuple[Rule, ...] = (_bands, _folding, _doubts_of_fmu, _periods, without_results, other_machines)
+STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _free_supply_sensors, _onsets)
 """Rules that hold for every experiment, and those for studies of detection."""
 
 

@@ -6,7 +6,7 @@ import math
 import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import replace
 from os import PathLike
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, Unpack
 from hydrofdi import errors, execution
 from hydrofdi.api.arguments import count_of, path_of
 from hydrofdi.api.plan import WHOLE, Part, SweepPlan, part_of, plan_sweep
-from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
+from hydrofdi.api.progress import COEFFICIENTS, RUNS, Watching, watching
 from hydrofdi.api.results import Results, SweepSummary
 from hydrofdi.api.stored import (
     experiment_directory,
@@ -68,7 +68,7 @@ def sweep(
     scheduler: str | None = None,
     part: str | None = None,
     retry_failed: bool = False,
-    progress: bool | Callable[[Progress], object] = False,
+    progress: bool = False,
     **settings: Unpack[Settings],
 ) -> Results:
     """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
@@ -89,8 +89,8 @@ def sweep(
         Only this part of the runs, such as 3/64; ``hydrofdi collect`` joins the parts of all machines.
     retry_failed : bool
         Retry runs that raised an error, hung or lost their worker.
-    progress : bool or callable
-        True shows warnings and progress on standard error; a function is called with each `Progress`.
+    progress : bool
+        Show warnings and progress on standard error.
     **settings
         As in `hydrofdi.simulate`; also what varies: ``grid={"EBM": ["551 MPa", "689 MPa"]}``.
 
@@ -141,7 +141,7 @@ def run_sweep(
 ) -> SweepSummary:
     """Compute the missing runs of an experiment and build its experiment file; a part builds none."""
     start = time.perf_counter()
-    watcher = watcher or Watching(lambda _: None)
+    watcher = watcher or Watching()
     require_unlocked(directory, shared=bool(part.suffix))
     require_same_experiment(directory, experiment)
     if not (directory / REQUEST_FILE).exists():

@@ -75,7 +75,7 @@ _KEYWORDS = {
     "diagnose": ("indicators", "healthy", "sampling_frequency"),
     "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),
     "export": ("format", "channels", "unit", "runs", "sampling_frequency", "overwrite"),
-    "inspect": ("indicators", "record", "write", "sampling_frequency"),
+    "inspect": ("record", "write", "sampling_frequency"),
     "measure": ("indicators", "sampling_frequency"),
     "monitor": ("config", "state", "log", "metrics", "events", "follow", "sampling_frequency"),
     "plan": ("out", "workers", "retry_failed"),

@@ -70,7 +70,7 @@ def test_what_is_saved_is_what_is_loaded(tmp_path):
     detector.save(str(tmp_path / "saved.json"))
     for name in ("made.json", "saved.json"):
         assert hydrofdi.Detector.load(tmp_path / name).file == detector.file
-    low, high = detector.false_alarm_interval
+    low, high = detector.file.limits.interval
     assert f"false alarms in 20 % of healthy windows ({100 * low:.3g} to {100 * high:.3g} %)" in repr(
         detector
     )

@@ -18,13 +18,7 @@ from hydrofdi.api.arguments import count_of, path_of
 from hydrofdi.api.plan import WHOLE, Part, SweepPlan, part_of, plan_sweep
 from hydrofdi.api.progress import COEFFICIENTS, RUNS, Watching, watching
 from hydrofdi.api.results import Results, SweepSummary
-from hydrofdi.api.stored import (
-    experiment_directory,
-    experiment_file,
-    library_versions,
-    read_results,
-    replaced_settings,
-)
+from hydrofdi.api.stored import experiment_directory, experiment_file, library_versions, read_results
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import run_identities
@@ -150,8 +144,6 @@ def run_sweep(
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed, part=part)
     for warning in plan.doubts:
         watcher.tell(f"warning: {warning}")
-    if replaced := replaced_settings(directory, experiment):
-        watcher.tell(f"{directory}: another {', '.join(replaced)} than before; earlier runs are kept")
     if not plan.missing and (part.suffix or is_current(plan.file, experiment)):
         _clear_away(plan)
         return _summary(plan, 0, start)

@@ -95,7 +95,6 @@ _KEYWORDS = {
         "confidence",
         "sampling_frequency",
     ),
-    "why": ("experiment --config",),
 }
 """Command → keywords of a function in Python that are its options, too."""
 

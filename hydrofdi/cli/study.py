@@ -140,12 +140,12 @@ def verify(directory: Directory) -> Found:
     return hydrofdi.verify(directory)
 
 
-def why(directory: Directory, run: Run, **settings: Any) -> Found:
-    """Explain a run: its settings, verdict and what changed.
+def why(directory: Directory, run: Run) -> Found:
+    """Explain a run: its settings and verdict.
 
     Also shows its differences from the baseline, its failure, and how it was computed.
     """
-    return hydrofdi.why(directory, run, **settings)
+    return hydrofdi.why(directory, run)
 
 
 def rerun(directory: Directory, run: Run, **settings: Any) -> Found:

@@ -219,8 +219,8 @@ def test_a_detector_that_compensates_is_read_again(tmp_path):
 def test_of_a_temperature_that_is_always_the_same_nothing_is_taken_out():
     one = own([300.0] * 30)
     (plain,) = (hydrofdi.train(records([300.0] * 30), sampling_frequency=100, compensate=False, **MEAN),)
-    assert one.limits[1] - one.file.healthy.centre == pytest.approx(
-        plain.limits[1] - plain.file.healthy.centre, rel=0.2
+    assert one.file.limits.high - one.file.healthy.centre == pytest.approx(
+        plain.file.limits.high - plain.file.healthy.centre, rel=0.2
     )
 
 

@@ -126,7 +126,7 @@ def test_training_states_both_sources_and_the_file_is_read_again(fleet, tmp_path
     assert "5 own windows and the fleet fleet.json, 30 machines" in detector.summary
     again = hydrofdi.Detector.load(path)
     assert again.file == detector.file
-    low, high = again.false_alarm_interval
+    low, high = again.file.limits.interval
     assert low < 0.01 < high
     assert bool(again.judge(own + 2e5, sampling_frequency=50)["beyond_limit"].all())
 
@@ -158,4 +158,4 @@ def test_what_is_no_fleet_and_other_settings_are_refused(fleet, tmp_path):
     with pytest.raises(DataError, match="50 Hz"):
         hydrofdi.train(own, fleet=fleet, sampling_frequency=100)
     wider = hydrofdi.train(own, fleet=fleet, false_alarm_rate="5 %", sampling_frequency=50)
-    assert wider.limits[1] < hydrofdi.train(own, fleet=fleet, sampling_frequency=50).limits[1]
+    assert wider.file.limits.high < hydrofdi.train(own, fleet=fleet, sampling_frequency=50).file.limits.high

@@ -217,8 +217,7 @@ def calibrate(
     -------
     Table
         A row for each flow: ``flow``, mean of abs(q_il) [m³/s]; ``coefficient``, K_i of the orifice law
-        [m^3.5/kg^0.5]; ``laminar_coefficient``, flow over the mean of abs(P_1 − P_2) [m³/(s·Pa)];
-        ``piston_share``, flow over the mean of A abs(v_p) [-].
+        [m^3.5/kg^0.5].
 
     Raises
     ------
@@ -244,23 +243,9 @@ def calibrate(
     runs = table.runs[: table.n_swept]
     with limited(loaded.limits.time_per_job):
         coefficients = leakage_coefficients(runs, InProcessEngine(), {})
-        jobs = [Job(str(k), run.calibration or run.parameters, coefficients[k]) for k, run in enumerate(runs)]
-        rows = computed_rows(jobs)
-    targets: list[tuple[float, ...]] = []
-    for job, row in zip(jobs, rows, strict=True):
-        mean = float(row["mean_internal_leakage_flow"])
-        # An FMU need not give all signals.
-        names_needed = ("chamber_1_pressure", "chamber_2_pressure", "piston_velocity")
-        first, second, speed = (row.get(name, np.array(np.nan)) for name in names_needed)
-        difference = np.mean(np.abs(first - second))
-        piston = job.parameters.actuator.piston_area * np.mean(np.abs(speed))
-        targets.append((mean, job.leakage_coefficient, float(mean / difference), float(mean / piston)))
-    flow, coefficient, laminar, share = zip(*targets, strict=True)
     return Table((
-        quantity("flow", flow, "m^3/s", "mean leakage"),
-        replace(quantity("coefficient", coefficient, K_I_UNIT, "K_i (orifice)"), text="{:.6g}".format),
-        Column("laminar_coefficient", laminar, title="laminar [m³/(s·Pa)]"),
-        Column("piston_share", share, title="of piston flow [%]", text=_percent),
+        quantity("flow", [run.request.leakage.internal_flow for run in runs], "m^3/s", "mean leakage"),
+        replace(quantity("coefficient", coefficients, K_I_UNIT, "K_i (orifice)"), text="{:.6g}".format),
     ))  # fmt: skip
 
 

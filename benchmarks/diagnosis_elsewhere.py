@@ -28,7 +28,7 @@ from hydrofdi.diagnosis.signatures import signatures
 from hydrofdi.indicators.nominal_actuator import from_sheet
 from hydrofdi.indicators.registry import sound_indicator
 
-N_PAST, N_HISTORY, N_HEALTHY, N_DRAW, N_MACHINE, SEED = 20, 12, 10, 2, 3, 7101
+N_PAST, N_HISTORY, N_HEALTHY, N_DRAW, N_MACHINE, SEED = 20, 12, 10, 2, 3, 9101
 Law = Callable[[np.random.Generator], Any]
 
 

@@ -15,7 +15,7 @@ from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, new_sums, w
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
 
-_OF_PRESSURES = ("supply", "bias_1", "bias_2")
+_OF_PRESSURES = ("supply", "bias_1", "bias_2", "gain_1", "gain_2")
 
 _N_FIT, _FARTHEST = 6, 0.2
 """Number of fits, each about the laps and pressures found before; the farthest of these, over the largest
@@ -106,7 +106,7 @@ class FaultBalance:
         about[:, laps] = 0.25 * found @ CONTRASTS / self.scales[laps]
         for name in _OF_PRESSURES:
             place, most = PLACE[name], _FARTHEST
-            most *= (1.0 if name == "supply" else self.options.supply_pressure) / self.scales[place]
+            most *= (self.options.supply_pressure if name.startswith("bias") else 1.0) / self.scales[place]
             about[:, place] = np.clip(values[:, place], -most, most)
         return about
 
@@ -159,11 +159,12 @@ class FaultBalance:
         shape = (n_record, records.n_time)
         physical = about * self.scales[: len(NAMES)]
         laps = physical[:, [PLACE[name] for name in OF_EDGES]] @ CONTRASTS.T
-        more, *biases = (physical[:, [PLACE[name]]] for name in _OF_PRESSURES)
+        more, *errors = (physical[:, [PLACE[name]]] for name in _OF_PRESSURES)
         reference = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
         supply = reference * (1.0 + more)
         first, second = (
-            np.ascontiguousarray(each - bias) for each, bias in zip(balance.pressures, biases, strict=True)
+            np.ascontiguousarray((each - bias) / (1.0 + gain))
+            for each, bias, gain in zip(balance.pressures, errors[:2], errors[2:], strict=True)
         )
         position = np.ascontiguousarray(balance.position)
         weights = weak_weights(half, frequency)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.causes import CAUSES, EDGES, GAPS, LEAKS, N_FINE, N_PLACE, SCORES
+from hydrofdi.diagnosis.causes import CAUSES, EDGES, GAPS, LEAKS, N_FINE, N_PLACE, OF_EDGES, PLACE, SCORES
 from hydrofdi.diagnosis.history import History
 from hydrofdi.records import Array
 
@@ -87,6 +87,11 @@ def hypotheses(history: History) -> list[Hypothesis]:
     # Forces per position and speed are over what the sensor shows.
     of_position = {"position_gain": 1.0}
     of_position |= {name: -history.value(name) for name in ("stiffness", "viscous") if name in names}
+    # With the command all laps are larger than they are; gains of edges are shares of the whole one.
+    of_command = {"flow_gain": 1.0}
+    for name in (*OF_EDGES, "gain_by_direction", "gain_by_feeding", "gain_by_chamber"):
+        share = history.value(name) * balance.scales[PLACE[name]]
+        of_command[name] = -share if name in OF_EDGES else share
 
     def worn(edge: str, clearance: float) -> dict[str, float]:
         chamber, side = EDGES[edge]
@@ -147,7 +152,7 @@ def hypotheses(history: History) -> list[Hypothesis]:
         *sensor(2, -second),
         Hypothesis("gain_x", "gain of the position sensor", "1", 0.02, signs(of_position),
                    advice="measure the stroke by hand"),
-        Hypothesis("flow_gain", "gain of valve or command", "1", 0.05, signs({"flow_gain": 1.0}),
+        Hypothesis("flow_gain", "gain of valve or command", "1", 0.05, signs(of_command),
                    advice="check the amplifier; compare spool position and command"),
     )  # fmt: skip
     shown = set(names) - (set() if balance.both else {"bias_2", "gain_2", "external_2"})

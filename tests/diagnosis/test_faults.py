@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.diagnosis.causes import PLACE
+from hydrofdi.diagnosis.causes import NAMES, PLACE
 from hydrofdi.diagnosis.history import history_of, history_of_sheet
 from hydrofdi.diagnosis.judging import Judge
 from hydrofdi.diagnosis.signatures import signatures
@@ -14,6 +14,7 @@ from hydrofdi.records import Channel
 from tests.diagnosis.conftest import N_HEALTHY
 from tests.machines import LOOP, TINY
 
+P1 = Channel.CHAMBER_1_PRESSURE
 SHEET = {"spool": "command", "supply": "nominal", "return_pressure": 4e5}
 FLOW = 0.1e-3 / 60.0
 
@@ -114,10 +115,21 @@ def test_a_supply_far_from_the_data_sheet_is_found_exactly(days, options, judge)
     assert found.misfits[0] == pytest.approx(found.misfits[1], rel=0.3)
 
 
+def test_equations_about_the_errors_of_a_pressure_are_those_of_the_right_one(healthy, judge):
+    one, balance = healthy.rows([0]), judge.history.balance
+    wrong = replace(one, channels={**one.channels, P1: 1.15 * one[P1] + 3e5})
+    about = np.zeros((2, 1, len(NAMES)))
+    for name, error in (("gain_1", 0.15), ("bias_1", 3e5)):
+        about[1, :, PLACE[name]] = error / balance.scales[PLACE[name]]
+    right, found = (balance._moments(each, at)[0] for each, at in zip((one, wrong), about, strict=True))
+    assert found == pytest.approx(right, rel=1e-9, abs=1e-9 * np.abs(right).max())
+    assert not np.allclose(balance._moments(wrong, about[0])[0], right, rtol=0.01)
+
+
 @pytest.mark.parametrize(
     ("name", "channel", "factor", "unknown"),
     [
-        ("gain_P1", Channel.CHAMBER_1_PRESSURE, 1.01, "gain_1"),
+        ("gain_P1", P1, 1.01, "gain_1"),
         ("gain_x", Channel.PISTON_POSITION, 1.01, "position_gain"),
         ("flow_gain", Channel.INPUT_VOLTAGE, 1.02, "flow_gain"),
     ],
@@ -143,6 +155,20 @@ def test_an_error_of_a_channel_moves_the_signature_along_its_direction(
         place = history.names.index("stiffness")
         direction = hypothesis.directions[0][history.causes.index("stiffness")]
         assert (after - before)[0, place] == pytest.approx((factor - 1.0) * direction, rel=0.05)
+
+
+def test_a_wrong_command_moves_the_null_with_it(healthy, options):
+    command = Channel.INPUT_VOLTAGE
+    off = healthy[command] - 0.1 * healthy[command].max()
+    judge = Judge(history_of([replace(healthy, channels={**healthy.channels, command: off})], options))
+    one = healthy.rows([0])
+    changed = replace(one, channels={**one.channels, command: 1.2 * off[:1]})
+    (after,), estimates = signatures(judge.history.balance, changed, judge.history.variance)
+    (hypothesis,) = (each for each in judge.hypotheses if each.name == "flow_gain")
+    gain, place = estimates.gains[0], judge.history.names.index("offset")
+    expected = -0.2 / 1.2 * (gain @ hypothesis.directions[0, : gain.shape[1]])[place]
+    assert abs(expected) > 0.1
+    assert (after - judge.history.centre)[place] == pytest.approx(expected, rel=0.2)
 
 
 def test_gains_of_valve_and_position_look_alike_until_a_second_sensor_tells(days, judge):

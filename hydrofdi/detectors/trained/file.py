@@ -102,7 +102,7 @@ class Basis(Part):
 
     outlying: dict[str, Count] = Field(default_factory=dict)
     """Healthy record → number of its windows more than eight healthy spreads from the median, where a leak
-    moves them."""
+    moves them, if most of them are."""
 
     drive_period: float | None = Field(None, gt=0.0)
     """Period of the drive of the first healthy record [s]; null if none is known or found."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from itertools import chain
+from itertools import chain, compress
 from typing import Any
 
 import numpy as np
@@ -280,7 +280,8 @@ def _likely(found: HealthyScores) -> str:
 
 
 _OUTLYING = 8.0
-"""Healthy spreads from the median beyond which a healthy window is said to be unlike the others; a choice."""
+"""Healthy spreads from the median beyond which a record with most of its windows is said to be unlike the
+others; a choice."""
 
 
 def _basis(
@@ -290,7 +291,7 @@ def _basis(
     used = np.array(found.record, dtype=np.intp)[found.is_used].tolist()
     populations = Counter(found.labels[record] for record in used)
     del populations[""]
-    far = zip(used, (spreads > _OUTLYING).tolist(), strict=True)
+    windows, far = Counter(used), Counter(compress(used, spreads > _OUTLYING))
     return Basis(
         sources=tuple(sources),
         n_record=len(found.durations),
@@ -301,6 +302,6 @@ def _basis(
         impossible=dict(sorted(found.n_impossible.items())),
         likely=_likely(found),
         fleet=fleet,
-        outlying=dict(Counter(found.names[record] for record, is_far in far if is_far)),
+        outlying={found.names[record]: n for record, n in far.items() if 2 * n > windows[record]},
         drive_period=drive_period,
     )

@@ -125,13 +125,15 @@ def test_a_limit_is_the_score_that_the_detector_gives_that_window():
 
 
 @pytest.mark.parametrize(
-    ("direction", "shift", "is_named"),
-    [("rising", 12.0, True), ("rising", -12.0, False), ("falling", -12.0, True), ("both", -12.0, True),
-     ("rising", 3.0, False)],
+    ("direction", "shift", "first", "is_named"),
+    [("rising", 12.0, 0, True), ("rising", -12.0, 0, False), ("falling", -12.0, 0, True),
+     ("both", -12.0, 0, True), ("rising", 3.0, 0, False), ("rising", 12.0, 5, False)],
 )  # fmt: skip
-def test_a_record_far_beyond_the_others_where_a_leak_moves_it_is_named(direction, shift, is_named):
+def test_a_record_mostly_far_beyond_the_others_where_a_leak_moves_it_is_named(
+    direction, shift, first, is_named
+):
     means = normal(20, 10)
-    means[7] += shift
+    means[7, first:] += shift
     file = trained(means, direction=direction)
     assert file.basis.outlying == ({"made record 7": 10} if is_named else {})
     assert ("made record 7 (10 windows)" in Detector(file).summary) is is_named

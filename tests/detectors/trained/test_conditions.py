@@ -164,7 +164,7 @@ def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
     allowing = hydrofdi.train(unknown, config=config, sampling_frequency=frequency)
     exact = hydrofdi.train(unknown, config=config | {"compensate": False}, sampling_frequency=frequency)
     assert 0.0 < allowing.file.limits.allowance < 0.6 * allowing.file.healthy.centre
-    assert allowing.limits[1] == pytest.approx(exact.limits[1] + allowing.file.limits.allowance)
+    assert allowing.file.limits.high == pytest.approx(exact.file.limits.high + allowing.file.limits.allowance)
     assert exact.file.limits.allowance == 0.0
     by_time = config | {"window": {"duration": 2.5}, "false_alarm_rate": 0.2}
     with pytest.raises(NotStatedError, match=r"no healthy record has weak_rls\.leakage"):

@@ -1,8 +1,8 @@
 """Speed, latency and memory of a monitor, compared with `measure` alone.
 
-    python benchmarks/monitor.py [INDICATOR[:estimate] ...]
+    python benchmarks/monitor.py [INDICATOR ...]
 
-Five channels at 1 kHz, adjacent windows of 10 s or ten estimates a second, one core. The monitor writes JSON
+Five channels at 1 kHz, adjacent windows of 10 s, one core. The monitor writes JSON
 lines, log and state.
 """
 
@@ -189,10 +189,8 @@ def measured(file: DetectorFile, samples: dict[Channel, Array]) -> Array:
 
 def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
     """Compare one indicator and print a line."""
-    indicator, _, by = name.partition(":")
     settings = {"direction": "both", "false_alarm_rate": "2 %", "chart": None, "accept": True}
-    window = {"window": {"by": by}} if by else {}
-    config = DetectorConfig.model_validate({"indicator": indicator, **settings, **window})
+    config = DetectorConfig.model_validate({"indicator": name, **settings})
     try:
         file = train(Healthy(), config, ["benchmark"], Made(hydrofdi="", time=""))
     except HydrofdiError as refusal:
@@ -202,7 +200,7 @@ def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
     wholes, alones = [], []
     for _ in range(ROUNDS):
         wholes.append(run(file, InMemory(samples, n_sample, N_AT_ONCE)))
-        alones.append(np.full(2, np.nan) if by else measured(file, samples))
+        alones.append(measured(file, samples))
     (wall, busy), (_, alone) = np.median(wholes, axis=0), np.median(alones, axis=0)
     lines = rows(samples, N_TEXT)
     from_file = N_TEXT / FREQUENCY / np.median([recorded(file, lines) for _ in range(ROUNDS)], axis=0)
@@ -228,7 +226,7 @@ def main(names: Sequence[str]) -> None:
     """Print tables."""
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     cheap = [name for name in indicator_names() if sound_indicator(name, {}).is_cheap]
-    chosen = names or [*cheap, "weak_rls:estimate"]
+    chosen = names or cheap
     samples = signals(1_000_000, 1)
     print(
         "speed relative to real time: of the monitor by wall and by processor time, of `measure` of the same"

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.compilation.compiling import strictly_compiled
+from hydrofdi.compilation.object_code import strict_kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
@@ -90,7 +90,7 @@ class LagLanes:
             advance_lag(signals, lag, state)
 
 
-@strictly_compiled
+@strict_kernel
 def advance_lag(signals: NDArray[np.float64], lag: NDArray[np.float64], state: NDArray[np.float64]) -> None:
     """Replace signals (n_step, n_lane) by the output of a lag (6, n_lane), in place.
 
@@ -177,7 +177,7 @@ def cubic_weight(node: int, place: float) -> float:
     return weight
 
 
-@strictly_compiled
+@strict_kernel
 def add_nodes(
     values: NDArray[np.float64],
     first_step: int,

@@ -17,8 +17,8 @@ RIG: Values = {
     "actuator.piston_area_2": 633e-6 * (1.0 - 1e-12), "actuator.inclination": TINY,
     "friction.position_share": TINY, "fluid.temperature_rise": TINY,
     "fluid.bulk_modulus_pressure_slope": TINY, "fluid.law": "free_air", "fluid.free_air": 0.0,
-    "fluid.cavitation": "clamped", "fluid.vapour_pressure": -1e12, "valve.largest_opening": 1.0,
-    "valve.hysteresis": TINY, "valve.edge_rounding": TINY, "valve.null_offset": TINY,
+    "valve.largest_opening": 1.0, "valve.hysteresis": TINY, "valve.edge_rounding": TINY,
+    "valve.null_offset": TINY,
     "actuator.end_stops": "elastic", "actuator.end_stop_stiffness": TINY,
     "actuator.end_stop_position": 1e-3, "actuator.foundation_stiffness": 1e30,
     "actuator.foundation_damping": 1e33, "load.constant_force": TINY, "supply.droop": "first_order",
@@ -29,16 +29,15 @@ where nothing leaks.
 """
 
 _LEAK = {"leakage.drag": TINY, "leakage.scored_width": 1e30}
-_DRIPPING = _LEAK | {"leakage.onset": "intermittent", "leakage.onset_duty": 1.0}
 
 GAP = RIG | _LEAK | {"leakage.law": "laminar", "friction.law": "smooth", "leakage.onset": "step"}
 """Open loop, laminar gap, smooth friction, a leak that sets in, no hoses."""
 
-HOSES = RIG | _DRIPPING | {"leakage.law": "blended", "friction.law": "lugre", "actuator.hose_volume": 50e-6}
-"""Open loop, blended law of leakage, bristles, intermittent leak, hoses."""
+HOSES = RIG | _LEAK | {"leakage.law": "blended", "friction.law": "lugre", "actuator.hose_volume": 50e-6}
+"""Open loop, blended law of leakage, bristles, hoses."""
 
-LOOP = RIG | _DRIPPING | {"control.law": "pi", "control.amplitude": 5e-3, "control.feedback": "measured"}
-"""Closed loop on a sensor, orifice, friction with a threshold, intermittent leak, no hoses."""
+LOOP = RIG | _LEAK | {"control.law": "pi", "control.amplitude": 5e-3, "control.feedback": "measured"}
+"""Closed loop on a sensor, orifice, friction with a threshold, no hoses."""
 
 _OF_SHEET = (
     "actuator.piston_area_2", "actuator.inclination", "fluid.temperature_rise", "fluid.law",

@@ -95,7 +95,7 @@ class _Record:
         self._steps_per_control = inputs.steps_per_control(parameters)
         self._reading_errors = inputs.reading_errors(parameters, steps, noise)
         self.load = inputs.load_force(parameters.load, record, steps)
-        self._is_smooth = not self._is_closed and parameters.input.shape in {"sine", "sweep", "multisine"}
+        self._is_smooth = not self._is_closed and parameters.input.shape == "sine"
         self.reference = np.full(record.n_step, np.nan)
         self.voltage = np.zeros(record.n_step)
         if self._is_closed:

@@ -10,9 +10,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scipy import stats
 
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
+from hydrofdi.config.experiment import STORED
 from hydrofdi.errors import ConfigError
 from tests import commands
 
@@ -64,6 +66,17 @@ def test_a_stored_request_keeps_the_baseline_that_it_names():
     stored = json.loads(load_experiment(None, [STIFF]).model_dump_json())
     stored["baseline"] = {"fluid.bulk_modulus": 551e6} | SEALED
     assert ExperimentConfig.model_validate(stored).baseline == stored["baseline"]
+
+
+def test_a_stored_request_may_have_the_defaults_of_keys_that_are_gone():
+    experiment = load_experiment("detectability-smoke")
+    stored = json.loads(experiment.model_dump_json())
+    stored["replicates"] = {"count": 0, "seed": 0, "over": {}}
+    stored["study"]["population"] |= {"method": "random", "correlation": None}
+    assert ExperimentConfig.model_validate(stored, context=STORED) == experiment
+    stored["study"]["population"]["method"] = "sobol"
+    with pytest.raises(ValidationError):
+        ExperimentConfig.model_validate(stored, context=STORED)
 
 
 SAMPLE = "name: s\n{more}\nsweep:\n  sample:\n    count: {count}\n    over:\n      {over}\n"
@@ -248,11 +261,11 @@ COUNT = 4096
 METHODS = ["sobol", "lhs", "random"]
 
 
-def drawn(over, *, method="sobol", seed=1, more="", count=COUNT):
+def drawn(over, *, method="sobol"):
     """The drawn values, parameter by parameter."""
-    sample = f"sweep.sample={{method: {method}, count: {count}, seed: {seed}, over: {over}{more}}}"
+    sample = f"sweep.sample={{method: {method}, count: {COUNT}, seed: 1, over: {over}}}"
     table = expand_runs(load_experiment(None, [sample]))
-    return [np.array(table.runs[:count].values(name)) for name in table.axes]
+    return [np.array(table.runs[:COUNT].values(name)) for name in table.axes]
 
 
 LAWS = {
@@ -286,54 +299,3 @@ def test_deviations_have_the_unit_of_the_parameter_and_factors_have_none():
     (values,) = drawn("{fluid.bulk_modulus: {lognormal: [600 MPa, 1.1]}}")
     assert np.median(values) == pytest.approx(600e6, rel=1e-3)
     assert np.quantile(values, 0.8413) / 600e6 == pytest.approx(1.1, rel=1e-3)
-
-
-OVER = (
-    "{friction.viscous: {lognormal: [50, 1.5]}, actuator.mass: {uniform: [9, 15]},"
-    " fluid.bulk_modulus: {triangular: [500 MPa, 551 MPa, 900 MPa]}}"
-)
-CORRELATED = (
-    ", correlation: {parameters: [fluid.bulk_modulus, friction.viscous], matrix: [[1, -0.6], [-0.6, 1]]}"
-)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_correlated_draws_have_the_rank_correlation_of_the_gaussian_copula(method):
-    viscous, mass, modulus = drawn(OVER, method=method, more=CORRELATED)
-    expected = 6.0 / math.pi * math.asin(-0.6 / 2.0)
-    assert stats.spearmanr(viscous, modulus).statistic == pytest.approx(expected, abs=0.03)
-    assert stats.spearmanr(viscous, mass).statistic == pytest.approx(0.0, abs=0.05)
-    assert stats.spearmanr(modulus, mass).statistic == pytest.approx(0.0, abs=0.05)
-
-
-def test_correlated_draws_keep_their_distributions_and_leave_the_others_alone():
-    viscous, mass, modulus = drawn(OVER, more=CORRELATED)
-    assert np.array_equal(mass, drawn(OVER)[1])
-    assert stats.kstest(viscous, stats.lognorm(math.log(1.5), scale=50).cdf).statistic < 0.01
-    assert stats.kstest(modulus, stats.triang(51 / 400, loc=500e6, scale=400e6).cdf).statistic < 0.01
-
-
-def test_normal_draws_are_correlated_as_the_matrix_says():
-    over = "{friction.viscous: {normal: [50, 2]}, actuator.mass: {normal: [12, 1]}, friction.coulomb: {normal: [200, 9]}}"
-    names = "friction.viscous, actuator.mass, friction.coulomb"
-    matrix = [[1, 0.5, -0.3], [0.5, 1, 0.2], [-0.3, 0.2, 1]]
-    values = drawn(over, more=f", correlation: {{parameters: [{names}], matrix: {matrix}}}")
-    np.testing.assert_allclose(np.corrcoef(values), matrix, atol=0.02)
-
-
-@pytest.mark.parametrize(
-    "correlation",
-    [
-        "[friction.viscous], matrix: [[1]]",
-        "[friction.viscous, friction.viscous], matrix: [[1, 0], [0, 1]]",
-        "[friction.viscous, actuator.mass], matrix: [[1, 0.2]]",
-        "[friction.viscous, actuator.mass], matrix: [[1, 0.2], [0.1, 1]]",
-        "[friction.viscous, actuator.mass], matrix: [[2, 0.2], [0.2, 1]]",
-        "[friction.viscous, actuator.mass], matrix: [[1, 1], [1, 1]]",
-        "[friction.viscous, actuator.mass], matrix: [[1, .nan], [.nan, 1]]",
-        "[friction.viscous, actuator.mas], matrix: [[1, 0], [0, 1]]",
-    ],
-)
-def test_mistaken_correlations_are_reported(correlation):
-    with pytest.raises(ConfigError, match="correlation"):
-        drawn(OVER, more=f", correlation: {{parameters: {correlation}}}")

@@ -37,11 +37,7 @@ def test_symbols_name_what_is_drawn_compared_and_faulty():
     loaded = load_experiment(
         {
             "sweep": {
-                "sample": {
-                    "count": 8,
-                    "over": {"EBM": {"uniform": [5e8, 9e8]}, "m": {"uniform": "±10 %"}},
-                    "correlation": {"parameters": ["EBM", "m"], "matrix": [[1.0, 0.5], [0.5, 1.0]]},
-                },
+                "sample": {"count": 8, "over": {"EBM": {"uniform": [5e8, 9e8]}, "m": {"uniform": "±10 %"}}},
                 "where": "EBM > '600 MPa' and fluid.EBM <= '890 MPa' and m > 0",
             }
         }
@@ -49,7 +45,6 @@ def test_symbols_name_what_is_drawn_compared_and_faulty():
     values = expand_runs(loaded).axes[EBM]
     assert 0 < len(values) < 8
     assert min(values) > 6e8
-    assert loaded.sweep.sample.correlation.parameters == [EBM, "actuator.mass"]
     study = {"faults": {"q_il": ["1 L/min"], "each": 2}, "shifts": {"stiff": {"EBM": "1 GPa"}}}
     loaded = load_experiment({"study": {"healthy": {"fit": 2, "test": 2}, **study}})
     assert loaded.study.faults.over == {"leakage.internal_flow": [pytest.approx(1 / 60e3)]}

@@ -170,8 +170,7 @@ class Evaluation:
         Parameters
         ----------
         figure : str
-            ``densities``, ``roc``, ``false_alarms``; with known leaks also ``answer``, ``ranking``, ``pod``
-            and ``det``.
+            ``densities``, ``roc``, ``false_alarms``; with known leaks also ``answer``, ``ranking``, ``pod``.
 
         Raises
         ------

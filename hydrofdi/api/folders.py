@@ -123,7 +123,7 @@ class Explanation(Answer):
             for label, each in self.analysis.items()
         }
         if self.provenance:
-            facts |= {name: self.provenance[name] for name in ("started", "python", "seeds")}
+            facts |= {name: self.provenance[name] for name in ("started", "python")}
             git = self.provenance["git"] or {}
             facts["commit"] = f"{git.get('commit') or ''}{', with changes' * bool(git.get('dirty'))}"
             facts["command"] = " ".join(self.provenance["command"])

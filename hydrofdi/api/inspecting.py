@@ -162,7 +162,7 @@ class Inspection(Answer):
             finding.add(rejected.record_id, rejected.remark.message)
 
     def plot(self) -> Figure:
-        """Figure of the chosen record, or of the first: signals, spectra, details.
+        """Figure of the chosen record, or of the first: its channels.
 
         Raises
         ------

@@ -13,7 +13,7 @@ from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures, measure_sources, used_channels
-from hydrofdi.indicators.registry import Description, describe, indicator_names, shadows
+from hydrofdi.indicators.registry import Description, describe, indicator_names
 from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.report.forms.measures import measures_table
@@ -192,7 +192,7 @@ def indicators(name: str | None = None) -> Any:
     ['name', 'levels', 'extension', 'boundary', 'phase', 'channel']
     """
     if name is None:
-        return indicators_table(described_indicators()[0])
+        return indicators_table([describe(each) for each in indicator_names()])
     if not isinstance(name, str):
         raise refusal("name", "the name of an indicator", name)
     return describe(name)
@@ -210,14 +210,3 @@ def indicators_table(described: Sequence[Description], *, with_sources: bool = T
     }
     sources = {"source": [each.source for each in described]} if with_sources else {}
     return Table.of(columns | sources, row="indicator")
-
-
-def described_indicators() -> tuple[list[Description], list[str]]:
-    """All indicators, and a sentence on each package whose indicator cannot be used."""
-    described, doubts = [], [*shadows()]
-    for name in indicator_names():
-        try:
-            described.append(describe(name))
-        except ConfigError as error:
-            doubts.append(str(error))
-    return described, doubts

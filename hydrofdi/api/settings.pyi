@@ -32,7 +32,6 @@ class Settings(TypedDict, total=False):
     bulk_modulus: float | str  # fluid.bulk_modulus [Pa]
     bulk_modulus_pressure_slope: float | str  # fluid.bulk_modulus_pressure_slope
     vapour_pressure: float | str  # fluid.vapour_pressure [Pa]
-    cavitation: Any  # fluid.cavitation
     free_air: float | str  # fluid.free_air
     polytropic_exponent: float | str  # fluid.polytropic_exponent
     atmospheric_pressure: float | str  # fluid.atmospheric_pressure [Pa]
@@ -76,11 +75,8 @@ class Settings(TypedDict, total=False):
     onset: Any  # leakage.onset
     onset_time: float | str  # leakage.onset_time [s]
     onset_duration: float | str  # leakage.onset_duration [s]
-    onset_duty: float | str  # leakage.onset_duty
     shape: Any  # input.shape
     period: float | str  # input.period [s]
-    end_frequency: float | str  # input.end_frequency [Hz]
-    harmonics: Any  # input.harmonics
     file: Any  # input.file
     feedback: Any  # control.feedback
     proportional_gain: float | str  # control.proportional_gain [V/m]

@@ -186,8 +186,8 @@ def report(
             metavar="NAME",
             help="Draw this figure to --out FILE (.png, .svg, .pdf), or to NAME.svg. Any sweep: responses,"
             " sensitivity (heat maps over two parameters). A study of detection: answer, ranking, pod, roc,"
-            " det, false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
-            " spectrum, mode_plane, phases, scenarios.",
+            " false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
+            " phases, scenarios.",
         ),
     ] = None,
     check: Annotated[

@@ -1,7 +1,7 @@
-"""Compilation of kernels, cached on disk.
+"""Where machine code is kept on disk: folders that this user alone can write.
 
-Numba's own cache checks only the file that defines a compiled function, not the equations inlined into it. So
-the name of the cache folder contains a hash of all sources that the kernels of a package use.
+The name of the folder contains a hash of all sources that the kernels of a package use: equations of other
+files are inlined into them.
 """
 
 from __future__ import annotations
@@ -10,68 +10,11 @@ import hashlib
 import os
 import stat
 from collections.abc import Callable
-from functools import cache, wraps
+from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import numpy as np
-
-from hydrofdi.physics.equation import EQUATIONS, FAST_MATH
-
-_Function = TypeVar("_Function", bound=Callable[..., object])
-
-
-def compiled(function: _Function) -> _Function:
-    """Compile a kernel on its first call, or load it from the cache on disk."""
-    return _on_first_call(function, fastmath=FAST_MATH, cached=True)
-
-
-def strictly_compiled(function: _Function) -> _Function:
-    """Compile like `compiled`, but with strict rounding, so that all lanes give identical bits."""
-    return _on_first_call(function, fastmath=False, cached=True)
-
-
-def _on_first_call(function: _Function, **options: Any) -> _Function:
-    @cache
-    def kernel() -> Any:
-        return dispatcher(function, **options)
-
-    @wraps(function)
-    def call(*arguments: Any) -> object:
-        return kernel()(*arguments)
-
-    return cast(_Function, call)
-
-
-def dispatcher(function: Callable[..., object], *, cached: bool = False, **options: Any) -> Any:
-    """Numba dispatcher of a function: it compiles for each combination of argument types."""
-    import numba
-
-    settings: Any = numba.config
-    previous = settings.CACHE_DIR
-    folder = cache_directory(room_of(function)) if cached else None
-    settings.CACHE_DIR = str(folder)
-    try:
-        _register_equations()
-        options["cache"] = folder is not None
-        compile_: Any = numba.njit(error_model="numpy", boundscheck=False, nogil=True, **options)
-        return compile_(function)
-    finally:
-        settings.CACHE_DIR = previous
-
-
-_INLINED = {"forceinline": True, "fastmath": FAST_MATH, "error_model": "numpy"} | dict.fromkeys(
-    ("no_cpython_wrapper", "no_cfunc_wrapper"), True
-)
-"""Options of equations, which compiled code alone calls."""
-
-
-def _register_equations() -> None:
-    """Register all equations with the compiler that are not registered yet."""
-    from numba.extending import register_jitable
-
-    while EQUATIONS:
-        register_jitable(**_INLINED)(EQUATIONS.pop())
 
 
 def room_of(function: Callable[..., object]) -> str:
@@ -119,7 +62,8 @@ def _source_hash(room: str) -> str:
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     rooms = sorted({"compilation", "physics", room})
-    for file in sorted(file for each in rooms for file in (package / each).rglob("*.py")):
+    modules = (file for each in rooms for file in package.glob(f"{each}.py"))
+    for file in sorted([*modules, *(file for each in rooms for file in (package / each).rglob("*.py"))]):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 

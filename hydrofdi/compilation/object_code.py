@@ -13,22 +13,15 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hydrofdi.compilation.compiling import (
-    belongs_here,
-    cache_directory,
-    compiled,
-    dispatcher,
-    is_dynamic,
-    room_of,
-)
-from hydrofdi.physics.equation import FAST_MATH
+from hydrofdi.compilation.compiling import belongs_here, cache_directory, is_dynamic, room_of
+from hydrofdi.physics.equation import EQUATIONS, FAST_MATH
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., None])
 _Call = Callable[..., object]
@@ -48,13 +41,22 @@ def kernel(function: _Kernel) -> _Kernel:
 
     Each combination of argument types has its own machine code.
     """
+    return _on_first_call(function, partial(_compile, fast_math=FAST_MATH))
+
+
+def strict_kernel(function: _Kernel) -> _Kernel:
+    """The same with strict rounding, so that all lanes give identical bits."""
+    return _on_first_call(function, partial(_compile, fast_math=False))
+
+
+def _on_first_call(function: _Kernel, compile_: Callable[[_Kernel, tuple[Any, ...]], bytes]) -> _Kernel:
     calls: dict[tuple[Any, ...], _Call] = {}
 
     @wraps(function)
     def call(*arguments: Any) -> None:
         types = _type_of(arguments)
         if types not in calls:
-            calls[types] = _prepared(function, types, arguments, _compile) or compiled(function)
+            calls[types] = _prepared(function, types, arguments, compile_)
         calls[types](*arguments)
 
     return cast(_Kernel, call)
@@ -73,10 +75,7 @@ def recorded_kernel(function: _Kernel) -> _Kernel:
         dynamic = tuple(filter(is_dynamic, arguments))
         key = tuple(_type_of(each) if is_dynamic(each) else each for each in arguments)
         if key not in calls:
-            made = _prepared(function, key, dynamic, lambda *_: _recorded_code(function, arguments))
-            if made is None:
-                raise OSError("this process cannot resolve the C library")
-            calls[key] = made
+            calls[key] = _prepared(function, key, dynamic, lambda *_: _recorded_code(function, arguments))
         calls[key](*dynamic)
 
     return cast(_Kernel, call)
@@ -86,10 +85,10 @@ def _prepared(
     function: _Kernel,
     key: tuple[Any, ...],
     arguments: tuple[Any, ...],
-    compile_: Callable[[_Kernel, tuple[Any, ...]], bytes | None],
-) -> _Call | None:
+    compile_: Callable[[_Kernel, tuple[Any, ...]], bytes],
+) -> _Call:
     if not _can_link():
-        return None
+        raise OSError("this process cannot resolve the C library")
     folder = cache_directory(room_of(function))
     # the name of the folder covers the sources of hydrofdi alone
     is_own = function.__module__.startswith("hydrofdi.")
@@ -98,8 +97,6 @@ def _prepared(
     code = _read(folder / name) if folder else None
     if code is None:
         code = compile_(function, arguments)
-        if code is None:
-            return None
         if folder:
             _write(folder / name, code)
     return _link(code, arguments)
@@ -158,22 +155,35 @@ def _machine() -> tuple[str, ...]:
     return version("numba"), version("llvmlite"), *_processor()
 
 
-def _compile(function: _Kernel, arguments: tuple[Any, ...]) -> bytes | None:
-    """Compile a function for arguments of these types; None if it needs numba's runtime."""
+_BARE = dict.fromkeys(("no_cpython_wrapper", "no_cfunc_wrapper"), True)
+"""Options of what machine code alone calls."""
+
+
+def dispatcher(function: Callable[..., object], **options: Any) -> Any:
+    """Numba dispatcher of a function, which may call all equations."""
+    import numba
+    from numba.extending import register_jitable
+
+    while EQUATIONS:
+        register_jitable(forceinline=True, fastmath=FAST_MATH, error_model="numpy", **_BARE)(EQUATIONS.pop())
+    compile_: Any = numba.njit(error_model="numpy", boundscheck=False, nogil=True, **options)
+    return compile_(function)
+
+
+def _compile(function: _Kernel, arguments: tuple[Any, ...], fast_math: Any) -> bytes:
+    """Compile a function for arguments of these types; it may not allocate memory."""
     import numba
     from llvmlite import binding
 
     signature = tuple(map(numba.typeof, arguments))
-    bare = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
-    compiling = dispatcher(function, fastmath=FAST_MATH, **bare)
-    try:
-        compiling.compile(signature)
-    except numba.errors.NumbaError:
-        return None
+    compiling = dispatcher(function, fastmath=fast_math, _nrt=False, **_BARE)
+    compiling.compile(signature)
     module = binding.parse_assembly(compiling.inspect_llvm(signature))
     needed = {item.name for item in (*module.functions, *module.global_variables) if item.is_declaration}
-    if {name for name in needed if not name.startswith("llvm.")} - _LIBRARY_FUNCTIONS:
-        return None
+    if lacking := {name for name in needed if not name.startswith("llvm.")} - _LIBRARY_FUNCTIONS:
+        raise TypeError(
+            f"{function.__name__} needs {', '.join(sorted(lacking))}, which a kernel may not call"
+        )
     (entry,) = (
         item
         for item in module.functions

@@ -277,6 +277,29 @@ def data_sheet_of(sections: Mapping[str, Any]) -> dict[str, Any]:
 STORED = "stored"
 """Context of the validation of a stored experiment, whose indicators need not be installed."""
 
+_GONE = {
+    "replicates": {"count": 0, "seed": 0, "over": {}},
+    "sample.correlation": None,
+    "population.correlation": None,
+    "population.method": "random",
+    "input.end_frequency": 20.0,
+    "input.harmonics": 20,
+    "leakage.onset_duty": 0.5,
+    "fluid.cavitation": "none",
+}
+"""Key of earlier versions, below the last one above it → its default."""
+
+
+def _without_gone(given: Any, above: str = "") -> Any:
+    if isinstance(given, list):
+        return [_without_gone(each, above) for each in given]
+    if not isinstance(given, dict):
+        return given
+    named = ((f"{above}.{key}".lstrip("."), key, value) for key, value in given.items())
+    kept = ((key, value) for name, key, value in named if _GONE.get(name, ...) != value)
+    return {key: _without_gone(value, key) for key, value in kept}
+
+
 _NO_PAPER = "belong to a paper: add 'paper: maddahi2015', or leave {} out"
 
 
@@ -339,10 +362,9 @@ class ExperimentConfig(RunRequest):
 
     @model_validator(mode="before")
     @classmethod
-    def _without_replicates(cls, given: Any, info: ValidationInfo) -> Any:
-        """What earlier versions stored of an experiment that had no replicates, which are gone."""
-        is_empty = info.context == STORED and not given.get("replicates", {}).get("count")
-        return {k: v for k, v in given.items() if k != "replicates"} if is_empty else given
+    def _without_gone_keys(cls, given: Any, info: ValidationInfo) -> Any:
+        """What earlier versions stored by default under keys that are gone."""
+        return _without_gone(given) if info.context == STORED else given
 
     @field_validator("indicators")
     @classmethod

@@ -103,8 +103,6 @@ def _use_full_names(source: Source, data: Any, path: Path) -> None:
             within = f"{path[0]}." if is_section else ""
             full = full_name(f"{within}{key}").removeprefix(within)
             _move(source, (*path, key), data, (*path, full), data)
-    if path[-2:] == ("correlation", "parameters") and isinstance(data, list):
-        data[:] = map(full_name, data)
     for key, value in data.items() if isinstance(data, dict) else enumerate(data):
         if isinstance(value, dict | list):
             _use_full_names(source, value, (*path, key))

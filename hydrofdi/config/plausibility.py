@@ -1,8 +1,8 @@
-"""Values far from those of usual actuators, most often a missing unit; and the seeds that have an effect."""
+"""Values far from those of usual actuators, most often a missing unit; and parameters without an effect."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -15,7 +15,6 @@ from hydrofdi.config.study import study_values
 from hydrofdi.config.sweep import SweepConfig, argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 
 
@@ -146,9 +145,8 @@ RULES: tuple[Rule, ...] = (
     ("leakage.scored_width", bool, ("leakage.scored_centre",)),
     ("leakage.law", _is("laminar"), ("leakage.laminar_reference",)),
     ("leakage.law", _is("blended"), ("leakage.blending_pressure",)),
-    ("leakage.onset", _is("step", "ramp", "intermittent"), ("leakage.onset_time",)),
-    ("leakage.onset", _is("ramp", "intermittent"), ("leakage.onset_duration",)),
-    ("leakage.onset", _is("intermittent"), ("leakage.onset_duty",)),
+    ("leakage.onset", _is("step", "ramp"), ("leakage.onset_time",)),
+    ("leakage.onset", _is("ramp"), ("leakage.onset_duration",)),
     ("control.law", _is("open"), ("input.amplitude",)),
     (
         "control.law",
@@ -157,13 +155,7 @@ RULES: tuple[Rule, ...] = (
     ),
     ("control.law", _is("pi", "pid"), ("control.integral_gain",)),
     ("control.law", _is("pid"), ("control.derivative_gain",)),
-    (
-        "input.shape",
-        _is("square", "steps", "sine", "sweep", "multisine"),
-        ("input.amplitude", "input.period", "control.amplitude"),
-    ),
-    ("input.shape", _is("sweep"), ("input.end_frequency",)),
-    ("input.shape", _is("multisine"), ("input.harmonics",)),
+    ("input.shape", _is("square", "steps", "sine"), ("input.amplitude", "input.period", "control.amplitude")),
     ("input.shape", _is("steps"), ("input.seed",)),
     ("measurement.anti_alias", bool, ("measurement.anti_alias_order",)),
     ("load.random_force", bool, ("load.random_period", "load.random_change", "load.seed")),
@@ -183,75 +175,11 @@ def idle_parameters(experiment: ExperimentConfig) -> list[str]:
         for name, values in _values(experiment).items()
         if any(each != default.value(name) for each in values)
     ]
-    sentences = _idle_sentences(experiment, stated)
-    return [sentences[name] for name in parameter_names() if name in sentences]
-
-
-def _idle_sentences(experiment: ExperimentConfig, names: Iterable[str]) -> dict[str, str]:
-    """Parameter → why it has no effect in any run."""
     sentences: dict[str, str] = {}
     occurring = _values(experiment, with_study=True)
     for option, is_met, parameters in RULES:
         if not any(map(is_met, occurring[option])):
             choices = " or ".join("null" if each is None else f"{each}" for each in occurring[option])
-            for name in set(parameters).intersection(names) - sentences.keys():
+            for name in set(parameters).intersection(stated) - sentences.keys():
                 sentences[name] = f"{name} has no effect: {option} is {choices} in every run"
-    return sentences
-
-
-_OF_RECORDS = ("measurement.seed", "input.seed", "load.seed")
-
-
-def seeds_of(experiment: ExperimentConfig) -> dict[str, int | list[int] | str]:
-    """Dotted key of each seed that has an effect, those of records first → value, values, or its source."""
-    idle, values = _idle_sentences(experiment, _OF_RECORDS).keys(), _values(experiment, with_study=True)
-    chances = {
-        f"{section}.{field}" for section in SENSING for field in ("noise", "noise_density", "hum", "jitter")
-    }
-    has_chance = any(value for name in chances & values.keys() for value in values[name])
-    seeds: dict[str, int | list[int] | str] = {
-        name: _seeds(name, experiment)
-        for name in _OF_RECORDS
-        if name not in idle and (has_chance or name != "measurement.seed")
-    }
-    parts: dict[str, Section | None] = {"ensemble": experiment.ensemble, "sweep": experiment.sweep}
-    parts["study"] = experiment.study
-    if experiment.study is not None:
-        parts["detection"] = experiment.detection
-    for name, part in parts.items():
-        if part is not None:
-            seeds |= dict(_nested(name, part.model_dump()))
-    return seeds
-
-
-def shown_seeds(seeds: Mapping[str, Any]) -> str:
-    """Seeds in a line: ``measurement.seed 0 … 39, sweep.sample.seed 7``; ``none`` where there are none."""
-    return ", ".join(f"{name} {_shown_values(value)}" for name, value in seeds.items()) or "none"
-
-
-def _seeds(name: str, experiment: ExperimentConfig) -> int | list[int] | str:
-    study = experiment.study
-    if study is not None and name in study.population.per_record:
-        return "drawn for each record from study.population.seed"
-    blocks = (experiment.ensemble, experiment.sweep)
-    own = {value for block in blocks for key, value in _block_values(block) if key == name}
-    seeds = own or {experiment.value(name)}
-    return sorted(seeds) if len(seeds) > 1 else seeds.pop()
-
-
-def _nested(path: str, part: Any) -> Iterator[tuple[str, int]]:
-    if isinstance(part, dict):
-        if isinstance(part.get("seed"), int):
-            yield f"{path}.seed", part["seed"]
-        for name, value in part.items():
-            yield from _nested(f"{path}.{name}", value)
-    elif isinstance(part, list | tuple):
-        for index, value in enumerate(part, 1):
-            yield from _nested(f"{path}[{index}]", value)
-
-
-def _shown_values(value: Any) -> str:
-    if not isinstance(value, list):
-        return str(value)
-    first, last = value[0], value[-1]
-    return f"{first} … {last}" if value == list(range(first, last + 1)) else ", ".join(map(str, value))
+    return [sentences[name] for name in parameter_names() if name in sentences]

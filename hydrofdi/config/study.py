@@ -18,16 +18,12 @@ from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.sections.plant import is_foreign
 from hydrofdi.config.sweep import (
     Axes,
-    CorrelationConfig,
     Distribution,
     Points,
     SweptValues,
     argument_values,
-    correlated,
     drawn,
     one_after_the_other,
-    require_drawn,
-    unit_cube,
 )
 from hydrofdi.detectors.rules import ChartConfig, Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
@@ -54,10 +50,6 @@ SEAL = "leakage.internal_"
 class PopulationConfig(Section):
     """Variation between actuators and between records, without a fault."""
 
-    method: Literal["random", "sobol", "lhs"] = "random"
-    """``random``: independent draws. Points of a Sobol sequence or a Latin hypercube depend on each other, so
-    binomial limits of rates do not apply; the report says so."""
-
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed of all draws of the study."""
 
@@ -69,14 +61,10 @@ class PopulationConfig(Section):
     Unless the file names them, these are drawn: ``measurement.seed``; ``wavelet.phase``, where ``dwt`` is
     measured; ``input.seed``, where the input is pseudo-random; ``load.seed``, where the force is."""
 
-    correlation: CorrelationConfig | None = None
-    """Parameters of ``over`` that are drawn jointly; by default all are independent."""
-
     @model_validator(mode="after")
     def _parameters_are_drawn_once(self) -> Self:
         if twice := sorted(self.over.keys() & self.per_record.keys()):
             raise ValueError(f"{twice[0]} is drawn under both over and per_record")
-        require_drawn(self.correlation, self.over)
         return self
 
 
@@ -279,10 +267,9 @@ def study_points(study: StudyConfig) -> Points:
 
 
 def _points(config: PopulationConfig, each: Drawn) -> Points:
-    own = correlated(_cube(config, each), list(config.over), config.correlation)
     columns = {
-        name: _drawn(name, law, own[:, axis], f"{_PATH}.over.{name}")
-        for axis, (name, law) in enumerate(config.over.items())
+        name: _drawn(name, law, _unit(config, each.actuators, name, each.count), f"{_PATH}.over.{name}")
+        for name, law in config.over.items()
         if each.varied is None or name in each.varied
     }
     others = f"study.{each.population.kind.value}s.{each.population.name}"
@@ -302,21 +289,10 @@ def _drawn(name: str, law: dict[Any, list[Any]], unit: NDArray[np.float64], path
     return SweptValues(list(places), np.array([places[value] for value in values], dtype=np.int32))
 
 
-def _cube(config: PopulationConfig, each: Drawn) -> NDArray[np.float64]:
-    """Points in the unit cube of what is drawn, shape (count, number of parameters)."""
-    if config.method == "random":
-        axes = [_unit(config, each.actuators, name, each.count) for name in config.over]
-        return np.stack(axes, axis=1) if axes else np.empty((each.count, 0))
-    return unit_cube(config.method, each.count, len(config.over), _seed_sequence(config.seed, each.actuators))
-
-
 def _unit(config: PopulationConfig, population: str, name: str, count: int) -> NDArray[np.float64]:
-    return np.random.default_rng(_seed_sequence(config.seed, population, name)).random(count)
-
-
-def _seed_sequence(seed: int, *names: str) -> np.random.SeedSequence:
-    digest = hashlib.sha256("\n".join(names).encode()).digest()
-    return np.random.SeedSequence(seed, spawn_key=tuple(np.frombuffer(digest, dtype="<u4").tolist()))
+    digest = hashlib.sha256(f"{population}\n{name}".encode()).digest()
+    key = tuple(np.frombuffer(digest, dtype="<u4").tolist())
+    return np.random.default_rng(np.random.SeedSequence(config.seed, spawn_key=key)).random(count)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, reduce
@@ -31,7 +31,7 @@ from hydrofdi.config.request import (
     validate_parameter,
 )
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.settings.messages import counted, first_reason, nearest
+from hydrofdi.settings.messages import counted, first_reason
 from hydrofdi.settings.quantities import Section
 from hydrofdi.units import parse_quantity, parse_si
 
@@ -242,41 +242,6 @@ Distribution = dict[Kind, Annotated[list[Any], WithJsonSchema(_ARGUMENTS)]]
 """Name of a distribution → its arguments, in SI."""
 
 
-class CorrelationConfig(Section):
-    """Parameters that are not drawn independently of each other (Gaussian copula)."""
-
-    parameters: list[str] = Field(min_length=2)
-    """Dotted parameters of ``over``; the others stay independent."""
-
-    matrix: list[list[float]]
-    """Correlations ρ of the standard normal variables behind the drawn values: one row and one column per
-    parameter, ones on the diagonal. Spearman's rank correlation of the drawn values is (6/π) arcsin(ρ/2) for
-    all distributions; the linear correlation of normal values is ρ itself."""
-
-    @model_validator(mode="after")
-    def _matrix_is_one_of_correlations(self) -> Self:
-        size = len(self.parameters)
-        if len(set(self.parameters)) < size:
-            raise ValueError("names a parameter twice")
-        if [len(row) for row in self.matrix] != [size] * size:
-            raise ValueError(f"matrix needs {size} rows of {size} numbers, one per parameter")
-        matrix = np.array(self.matrix)
-        if not np.array_equal(matrix, matrix.T):
-            raise ValueError("matrix must be symmetric")
-        if not np.array_equal(np.diag(matrix), np.ones(size)):
-            raise ValueError("matrix needs ones on its diagonal")
-        if not (np.isfinite(matrix).all() and np.linalg.eigvalsh(matrix).min() > 1e-12):
-            raise ValueError("matrix must be positive definite: these correlations contradict each other")
-        return self
-
-
-def require_drawn(correlation: CorrelationConfig | None, over: Collection[str]) -> None:
-    """Check that correlated parameters are drawn."""
-    for name in correlation.parameters if correlation else ():
-        if name not in over:
-            raise ValueError(f"correlation: {name!r} is not drawn{nearest(name, list(over))}")
-
-
 class SampleConfig(Section):
     """Points drawn from distributions."""
 
@@ -297,14 +262,6 @@ class SampleConfig(Section):
     mode, high], integers [low, high] (integers, both ends included), or choice [value, …]. In place of the
     arguments, ``±20 %`` or ``±1 µm`` is a width about the experiment's own value: it sets the ends of uniform
     and triangular, and the standard deviation of normal."""
-
-    correlation: CorrelationConfig | None = None
-    """Parameters that are drawn jointly; by default all are independent."""
-
-    @model_validator(mode="after")
-    def _correlated_parameters_are_drawn(self) -> Self:
-        require_drawn(self.correlation, self.over)
-        return self
 
 
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "boolean"}]}
@@ -420,40 +377,18 @@ class SweepConfig(Section):
         return {name for name, stated in self.axes() if isinstance(stated, dict) and "choice" not in stated}
 
 
-Method = Literal["sobol", "lhs", "random"]
-
-
-def unit_cube(
-    method: Method, count: int, n_axis: int, seed: int | np.random.SeedSequence
-) -> NDArray[np.float64]:
+def _unit_cube(sample: SampleConfig) -> NDArray[np.float64]:
     """Points in the unit cube, shape (count, n_axis)."""
-    generator = np.random.default_rng(seed)
-    if method == "random" or not n_axis:
-        return generator.random((count, n_axis))
+    generator, n_axis = np.random.default_rng(sample.seed), len(sample.over)
+    if sample.method == "random":
+        return generator.random((sample.count, n_axis))
     from scipy.stats import qmc
 
-    sequence = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
+    sequence = qmc.Sobol if sample.method == "sobol" else qmc.LatinHypercube
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # the user may choose any count, not only powers of two
-        cube: NDArray[np.float64] = sequence(n_axis, rng=generator).random(count)
+        cube: NDArray[np.float64] = sequence(n_axis, rng=generator).random(sample.count)
     return cube
-
-
-def correlated(
-    unit: NDArray[np.float64], names: Sequence[str], correlation: CorrelationConfig | None
-) -> NDArray[np.float64]:
-    """Points in the unit cube, some of whose coordinates are correlated by a Gaussian copula."""
-    if correlation is None:
-        return unit
-    from scipy.special import ndtr, ndtri
-
-    axes = [list(names).index(name) for name in correlation.parameters]
-    # Gaussian copula; 0 and 1 would become infinite.
-    normal = ndtri(np.clip(unit[:, axes], 2.0**-53, 1.0 - 2.0**-53))
-    depending = unit.copy()
-    # L Lᵀ = R: independent normal rows times Lᵀ have the correlations R.
-    depending[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(correlation.matrix)).T)
-    return depending
 
 
 NOMINAL = -1
@@ -513,13 +448,9 @@ def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -
             Points(n_value, {name: SweptValues(values, index) for name, values in block.zip.items()})
         )
     if sample := block.sample:
-        cube = unit_cube(sample.method, sample.count, len(sample.over), sample.seed)
-        unit, index = (
-            correlated(cube, [*sample.over], sample.correlation),
-            np.arange(sample.count, dtype=np.int32),
-        )
+        cube, index = _unit_cube(sample), np.arange(sample.count, dtype=np.int32)
         columns = {
-            name: SweptValues(drawn(name, law, unit[:, axis], f"{path}.sample.over.{name}"), index)
+            name: SweptValues(drawn(name, law, cube[:, axis], f"{path}.sample.over.{name}"), index)
             for axis, (name, law) in enumerate(sample.over.items())
         }
         factors.append(Points(sample.count, columns))

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrofdi.diagnosis.causes import CAUSES, CONTRASTS, GAPS, N_FINE, N_PLACE, NAMES, OF_EDGES, PLACE
 from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, window_equations
-from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, new_sums, weak_weights
+from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, weak_weights
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
 
@@ -183,9 +183,8 @@ class FaultBalance:
         for chamber, pressure in enumerate((first, second)[: options.n_pressure]):
             sign, area = 1.0 - 2.0 * chamber, options.areas[chamber]
             spool = self._moved(balance.spool, laps, chamber)
-            sums = new_sums(n_record, options.n_pressure)
             signals = spool, position, first, second, supply, reference
-            regular, targets = window_equations(options, records, 0, sums, *signals)
+            regular, targets = window_equations(options, records, *signals)
             # The target is about the reference; here it is about the supply pressure used.
             targets = targets - regular[:, :, :, UNKNOWNS.index("supply")] * more[:, :, None]
             regular = regular[:, :, chamber]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -430,50 +429,6 @@ def quantile_of_chi_square(confidence: float) -> float:
     return float(chdtri(1.0, 1.0 - confidence))
 
 
-def crossing(function: Callable[[float], float], start: float, end: float) -> float:
-    """Zero of a function that is negative at `start`; `end` if there is none."""
-    from scipy.optimize import brentq
-
-    if function(end) < 0.0:
-        return end
-    return float(brentq(function, start, end, xtol=1e-7)) if function(start) < 0.0 else start
-
-
-def lower_bound(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.95) -> Array:
-    """One-sided lower bound of the probability of detection at each severity.
-
-    It reaches p at the severity that `smallest_detectable` states for p with the same confidence.
-
-    Parameters
-    ----------
-    severity : array_like, shape (n,)
-    confidence : float
-        From 0.5.
-
-    Returns
-    -------
-    low : ndarray, shape (n,)
-    """
-    # One-sided: χ² of 2γ − 1 leaves 1 − γ on each side.
-    drop = quantile_of_chi_square(2.0 * confidence - 1.0)
-    predictors = [_lower_predictor(curve, place, drop) for place in curve.axis.place(severity)]
-    rise, floor = np.exp(log_cumulative(np.array(predictors))), curve.false_alarm_rate
-    return np.asarray(floor + (1.0 - floor) * rise)
-
-
-def _lower_predictor(curve: PodCurve, place: float, drop: float) -> float:
-    """Lower bound of the linear predictor at a place, searched with doubling steps from the fitted value."""
-
-    def above(predictor: float) -> float:
-        return deficit(curve, place, predictor) - drop
-
-    start = float(np.clip(curve.intercept + curve.slope * place, -0.9 * CERTAIN, 0.9 * CERTAIN))
-    step = 0.5
-    while step < CERTAIN and above(start - step) < 0.0:
-        step *= 2.0
-    return crossing(above, start, float(np.clip(start - step, -CERTAIN, CERTAIN)))
-
-
 def smallest_detectable(
     curve: PodCurve, *, probability: float = 0.9, confidence: float | None = 0.95
 ) -> DetectableSeverity:
@@ -518,8 +473,10 @@ def _where(curve: PodCurve, rise: float) -> float:
 
 def _upper(curve: PodCurve, rise: float, start: float, last: float, drop: float) -> float:
     """Place of the bound: at least `start`, ∞ if it exceeds the tested severities."""
+    from scipy.optimize import brentq
+
     if deficit(curve, last, rise) < drop:
         return np.inf
     if deficit(curve, start, rise) >= drop:
         return start
-    return crossing(lambda place: deficit(curve, place, rise) - drop, start, last)
+    return float(brentq(lambda place: deficit(curve, place, rise) - drop, start, last, xtol=1e-7))

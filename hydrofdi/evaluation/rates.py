@@ -186,24 +186,6 @@ def _effective_number(outcomes: Array, groups: np.ndarray, confidence: float) ->
     return min(float(total), fewer * share * (1.0 - share) / max(variance, 1e-300)), n_group
 
 
-def holm(p_values: ArrayLike) -> Array:
-    """P-values adjusted by Holm's method: the family-wise error rate is at most α under any dependence.
-
-    Holm, Scandinavian Journal of Statistics 6 (1979) 65.
-
-    Parameters
-    ----------
-    p_values : array_like, shape (n_test,)
-        NaN if a test is undefined; it still counts as tried.
-    """
-    values = np.asarray(p_values, dtype=float)
-    # NaN sorts last, but counts in the factors.
-    order = np.argsort(values)
-    corrected = np.empty(values.size)
-    corrected[order] = np.maximum.accumulate(values[order] * (values.size - np.arange(values.size)))
-    return np.minimum(corrected, 1.0)
-
-
 def simultaneous_confidence(confidence: float, n_tried: int) -> float:
     """Confidence level per interval for a simultaneous level γ, by Bonferroni: 1 - (1 - γ)/n.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.scores import Array, Direction, measurable, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, Direction, measurable
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,25 +25,6 @@ class RocCurve:
 
     false_alarm_rate: Array
     detection_rate: Array
-
-    def partial_area(self, false_alarm_rate: float) -> float:
-        """Partial area up to a false-alarm rate, scaled so that 0.5 is chance and 1 is perfect.
-
-        McClish, Medical Decision Making 9 (1989) 190.
-
-        Parameters
-        ----------
-        false_alarm_rate : float
-            Largest false-alarm rate of the partial area.
-        """
-        share_between_0_and_1("the false-alarm rate", false_alarm_rate)
-        inside = self.false_alarm_rate <= false_alarm_rate
-        last = np.interp(false_alarm_rate, self.false_alarm_rate, self.detection_rate)
-        rates = np.append(self.false_alarm_rate[inside], false_alarm_rate)
-        area = float(np.trapezoid(np.append(self.detection_rate[inside], last), rates))
-        # Area under the diagonal; that of a perfect score is the rate itself.
-        chance = false_alarm_rate**2 / 2.0
-        return 0.5 * (1.0 + (area - chance) / (false_alarm_rate - chance))
 
 
 def roc_curve(healthy: ArrayLike, faulty: ArrayLike) -> RocCurve:

@@ -103,14 +103,10 @@ class EquivalentFault:
     ----------
     severity : float
         The severity, or the smallest or largest tested one [unit of the severity].
-    low, high : float
-        Interval; 0 if it extends below the tested severities, infinite if above.
     """
 
     place: Literal["below", "within", "above"]
     severity: float
-    low: float
-    high: float
 
 
 class Response:
@@ -128,9 +124,7 @@ class Response:
     severity : array_like, shape (n_level,)
         Above zero, ascending [unit of the severity].
     confidence : float
-        Confidence level of all intervals.
-    seed : int
-        Seed of the draws for the intervals.
+        Confidence with which the severest fault must change the median.
     """
 
     def __init__(
@@ -140,25 +134,23 @@ class Response:
         severity: ArrayLike,
         *,
         confidence: float = 0.95,
-        seed: int = 0,
     ) -> None:
+        from scipy.optimize import isotonic_regression
+
         if len(faulty) < 2:
             raise NotStatedError("an equivalent fault needs at least two tested severities")
-        self.severity, self.confidence = np.asarray(severity, dtype=float), confidence
-        self._draw = np.random.default_rng(seed)
-        medians, drawn = self._medians([healthy, *faulty])
-        shifts, drawn_shifts = medians[1:] - medians[0], drawn[:, 1:] - drawn[:, :1]
-        ends = np.quantile(drawn_shifts[:, -1], [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
+        draw = np.random.default_rng(0)
+        found = [quantiles_and_draws(np.asarray(own, dtype=float), [0.5], draw) for own in (healthy, *faulty)]
+        shifts = np.array([float(median[0]) for median, _ in found])[1:] - found[0][0]
+        drawn = found[-1][1] - found[0][1]
+        ends = np.quantile(drawn, [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
         if ends[0] <= 0.0 <= ends[1]:
             raise NotStatedError("the severest fault does not change the median of the score")
-        self.sign = float(np.sign(shifts[-1]))
-        self._shifts = rising(self.sign * shifts[None])
-        self._drawn = rising(self.sign * drawn_shifts)
+        self.severity, self.sign = np.asarray(severity, dtype=float), float(np.sign(shifts[-1]))
+        self._shifts = np.asarray(isotonic_regression(self.sign * shifts).x)
 
-    def reach(self, scores: ArrayLike, centre: ArrayLike) -> tuple[EquivalentFault, EquivalentFault]:
-        """Faults whose effect at least one healthy record in twenty imitates, and hides.
-
-        A hidden one is compensated: the score returns to the centre.
+    def imitated(self, scores: ArrayLike, centre: ArrayLike) -> EquivalentFault:
+        """Fault whose effect at least one healthy record in twenty imitates.
 
         Parameters
         ----------
@@ -167,71 +159,12 @@ class Response:
         centre : array_like, shape (n_record,)
             Scores of healthy records without the nuisance; their median is the centre.
         """
-        middle, middles = self._medians([centre])
-        directed = self.sign * np.asarray(scores, dtype=float)
-        ends, drawn = quantiles_and_draws(directed, INNER, self._draw)
-        outer, outers = ends - self.sign * middle, drawn - self.sign * middles
-        imitated = self._equivalent(float(outer[1]), outers[:, 1])
-        return imitated, self._equivalent(float(-outer[0]), -outers[:, 0])
-
-    def _medians(self, samples: Sequence[ArrayLike]) -> tuple[Array, Array]:
-        pairs = [
-            quantiles_and_draws(np.asarray(scores, dtype=float), [0.5], self._draw) for scores in samples
-        ]
-        return np.concatenate([value for value, _ in pairs]), np.hstack([drawn for _, drawn in pairs])
-
-    def _equivalent(self, shift: float, drawn: Array) -> EquivalentFault:
-        severity = float(_inverse(self._shifts, np.array([shift]), self.severity)[0])
-        draws = _inverse(self._drawn, drawn, self.severity)
-        tails = [(1.0 - self.confidence) / 2.0, (1.0 + self.confidence) / 2.0]
-        low, high = np.quantile(draws, tails, method="closest_observation").tolist()
-        if severity == 0.0:
-            return EquivalentFault("below", float(self.severity[0]), low, high)
-        if np.isinf(severity):
-            return EquivalentFault("above", float(self.severity[-1]), low, high)
-        return EquivalentFault("within", severity, low, high)
-
-
-def rising(rows: Array) -> Array:
-    """Isotonic regression of each row, shape (n, n_level).
-
-    Value k is the maximum over i ≤ k of the minimum over j ≥ k of the means from i to j: Robertson, Wright
-    and Dykstra, Order Restricted Statistical Inference (1988), section 1.4.
-    """
-    n_level = rows.shape[1]
-    # The mean of any stretch is a difference of two sums over its length.
-    sums = np.cumsum(np.insert(rows, 0, 0.0, axis=1), axis=1)
-    best = np.full(rows.shape, -np.inf)
-    for first in range(n_level):
-        means = (sums[:, first + 1 :] - sums[:, first : first + 1]) / np.arange(1, n_level - first + 1)
-        # Accumulated from the end: the minimum over all later ends of the stretch.
-        least = np.minimum.accumulate(means[:, ::-1], axis=1)[:, ::-1]
-        best[:, first:] = np.maximum(best[:, first:], least)
-    return best
-
-
-def _inverse(shifts: Array, asked: Array, severity: Array) -> Array:
-    """Severity of a given shift, interpolated logarithmically between the tested severities.
-
-    Parameters
-    ----------
-    shifts : ndarray, shape (n, n_level)
-        Nondecreasing along the last axis.
-    asked : ndarray, shape (n,)
-    severity : ndarray, shape (n_level,)
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        0 below the tested severities, infinite above.
-    """
-    is_reached = shifts >= asked[:, None]
-    place = np.where(is_reached.any(axis=1), is_reached.argmax(axis=1), len(severity))
-    after = np.clip(place, 1, len(severity) - 1)
-    rows = np.arange(len(shifts))
-    low, high = shifts[rows, after - 1], shifts[rows, after]
-    # Neighbours are equal only where the result is not used.
-    share = np.clip((asked - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)
-    logarithm = np.log(severity)
-    inside = np.exp(logarithm[after - 1] + share * (logarithm[after] - logarithm[after - 1]))
-    return np.where(place == 0, 0.0, np.where(place == len(severity), np.inf, inside))
+        draw, directed = np.random.default_rng(0), self.sign * np.asarray(scores, dtype=float)
+        (middle,), _ = quantiles_and_draws(np.asarray(centre, dtype=float), [0.5], draw)
+        shift = float(quantiles_and_draws(directed, INNER, draw)[0][1] - self.sign * middle)
+        if shift <= self._shifts[0]:
+            return EquivalentFault("below", float(self.severity[0]))
+        if shift > self._shifts[-1]:
+            return EquivalentFault("above", float(self.severity[-1]))
+        logarithm = np.interp(shift, self._shifts, np.log(self.severity))
+        return EquivalentFault("within", float(np.exp(logarithm)))

@@ -89,31 +89,26 @@ class VolumeBalance:
 
     def equations(self, spool: Array) -> tuple[Array, Array]:
         """`window_equations` of whole records for a spool position [m]."""
-        sums = new_sums(self.records.n_record, self.options.n_pressure)
         signals = spool, self.position, *self.pressures, self.supply, self.supply
-        return window_equations(self.options, self.records, 0, sums, *signals)
+        return window_equations(self.options, self.records, *signals)
 
 
-def window_equations(
-    options: WindowOptions, chunk: RecordBatch, n_before: int, sums: Array, *signals: Array
-) -> tuple[Array, Array]:
-    """Equations of the windows that a chunk completes; `n_before` samples of the stream came before it.
+def window_equations(options: WindowOptions, records: RecordBatch, *signals: Array) -> tuple[Array, Array]:
+    """Equations of the windows of records.
 
     Regressors (n_record, n_window, n_chamber, N_UNKNOWN) and targets [m³]. The `signals`: x_v, x_p [m], P_1,
-    P_2, P_s at the linearisation point and the reference of its prior deviation [Pa]. The state `sums` is
-    updated in place.
+    P_2, P_s at the linearisation point and the reference of its prior deviation [Pa].
     """
-    shape, half = (chunk.n_record, chunk.n_time), options.half_window
+    shape, half = (records.n_record, records.n_time), options.half_window
     spool, position, first, second, supply, reference = (
         np.ascontiguousarray(np.broadcast_to(signal, shape)) for signal in signals
     )
-    n_window = windows_before(n_before + chunk.n_time, half) - windows_before(n_before, half)
-    targets = np.zeros((chunk.n_record, n_window, options.n_pressure))
+    targets = np.zeros((records.n_record, windows_before(records.n_time, half), options.n_pressure))
     columns = np.zeros((*targets.shape, N_UNKNOWN))
     integrate_windows(
         spool, position, np.stack((first, second)), supply, reference,
-        weak_weights(half, chunk.sampling_frequency), n_before,
-        _known_balance(options, chunk), sums, columns, targets,
+        weak_weights(half, records.sampling_frequency), _known_balance(options, records),
+        new_sums(records.n_record, options.n_pressure), columns, targets,
     )  # fmt: skip
     return columns, targets
 
@@ -136,10 +131,11 @@ def _known_balance(options: WindowOptions, records: RecordBatch) -> Balance:
 
 def follow_equations(
     options: WindowOptions, records: RecordBatch, columns: Array, targets: Array, counts: Array,
-    due: NDArray[np.int64], priors: Array, decays: Array, state: weak_rls.RlsState,
+    due: NDArray[np.int64], priors: Array, decays: Array,
 ) -> Array:  # fmt: skip
     """Estimates (n_record, n_memory, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
     found = np.full((records.n_record, decays.size, due.size, weak_rls.N_ESTIMATE), np.nan)
+    state = weak_rls.new_state(records.n_record, decays.size, targets.shape[2])
     weak_rls.follow_windows(
         columns, targets, counts, due, priors, options.assumptions(records), decays, state,
         weak_rls.new_scratch(), found,
@@ -404,11 +400,8 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         """Estimates (n_record, N_ESTIMATE) from weighted equations."""
         roots, n_record = np.sqrt(weights), records.n_record
         due, priors = np.array([columns.shape[1]]), np.zeros((n_record, 1, N_UNKNOWN))
-        state = weak_rls.new_state(n_record, 1, targets.shape[2])
         columns, targets = columns * roots[..., None], targets * roots
-        found = follow_equations(
-            self.options, records, columns, targets, counts, due, priors, np.ones(1), state
-        )
+        found = follow_equations(self.options, records, columns, targets, counts, due, priors, np.ones(1))
         return found[:, 0, 0]
 
 

@@ -1,4 +1,4 @@
-"""Base of the Kalman filter indicators: one filter per record of a stream."""
+"""Base of the Kalman filter indicators: one filter per record."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hydrofdi.indicators.estimation.kalman_stream import N_SUM, Streams, follow
 from hydrofdi.indicators.estimation.plant import N_STATE, PER_MINUTE, STATES
 from hydrofdi.indicators.estimation.tuning import Tuning
 from hydrofdi.indicators.nominal_plant import NominalPlant
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State
+from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 
@@ -190,23 +190,17 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         of_mean = {"mean": (N_STATE,), "covariance": (N_STATE, N_STATE)}
         return of_mean | {"sums": (N_SUM,), "spool": (2,), "held": (2,), "signature": (N_STATE,)}
 
-    def begin(self, records: RecordBatch) -> State:
-        """State of the filters before the first sample."""
-        return {name: np.zeros((records.n_record, *shape)) for name, shape in self.shapes.items()}
-
-    def advance(
-        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
-    ) -> Mapping[str, Array]:
-        """Process a chunk."""
-        every = self.samples_per_estimate(chunk.sampling_frequency)
-        means, variances = (np.zeros((chunk.n_record, due.size, N_STATE)) for _ in range(2))
-        sums = np.zeros((chunk.n_record, due.size, N_SUM))
-        supply = self.options.supply_of(chunk)
-        arrays = (state[name] for name in self.shapes if name != "signature")
+    def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
+        """Filter the records."""
+        every, n_record = self.samples_per_estimate(records.sampling_frequency), records.n_record
+        state = {name: np.zeros((n_record, *shape)) for name, shape in self.shapes.items()}
+        signature = state.pop("signature", None)
+        means, variances = (np.zeros((n_record, due.size, N_STATE)) for _ in range(2))
+        sums, supply = np.zeros((n_record, due.size, N_SUM)), self.options.supply_of(records)
         follow(
-            Streams(*arrays), n_before, self.options.measured_states(chunk), self.options.spool_drive(chunk),
-            supply, self.tuning(chunk), every, means, variances, sums,
-            state.get("signature"), *self.spread_and_workspace(),
+            Streams(*state.values()), self.options.measured_states(records),
+            self.options.spool_drive(records), supply, self.tuning(records), every, means, variances, sums,
+            signature, *self.spread_and_workspace(),
         )  # fmt: skip
         found = Estimates(means, variances, sums, supply[:, due], every)
         lost = np.isnan(means[:, :, 0])
@@ -220,16 +214,16 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
     def read(self, found: Estimates) -> Mapping[str, Array]:
         """`estimates` over time, each (n_record, n_instant)."""
 
-    def tuning(self, chunk: RecordBatch) -> Tuning:
+    def tuning(self, records: RecordBatch) -> Tuning:
         """Known parameters for the records."""
-        options, frequency = self.options, chunk.sampling_frequency
+        options, frequency = self.options, records.sampling_frequency
         pressure_noise = 1e-6 * options.pressure_noise
         return Tuning(
             options.plant,
             1.0 / (frequency * options.substeps),
             options.spool_transition(frequency),
             options.spool == "command",
-            options.prior_variances(chunk),
+            options.prior_variances(records),
             options.walk_variances(frequency),
             np.array([pressure_noise, pressure_noise, 1e3 * options.position_noise]) ** 2,
             options.limits,

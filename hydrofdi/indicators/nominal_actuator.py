@@ -73,8 +73,9 @@ class NominalActuator(DataSheet):
 
     supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
     """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the
-    median, in a stream the running mean, of P_1 + P_2 minus the return pressure, which assumes a matched
-    valve and equal areas; with one pressure, twice its mean minus the pressure that balances the spring.
+    median, of recursive indicators the running mean, of P_1 + P_2 minus the return pressure, which assumes a
+    matched valve and equal areas; with one pressure, twice its mean minus the pressure that balances the
+    spring.
     ``auto``: measured, else ``sum`` with equal areas, else nominal."""
 
     @property
@@ -91,43 +92,34 @@ class NominalActuator(DataSheet):
         return frozenset({Channel.SUPPLY_PRESSURE} if self.supply == "auto" else set())
 
     def spool_position(self, records: RecordBatch) -> Array:
-        """x_v [m] of whole records, shape (n_record, n_time)."""
-        return self.spool_of_stream(records, True, np.empty((records.n_record, 2)))
+        """x_v [m], shape (n_record, n_time); a command is held between samples (zero-order hold).
 
-    def spool_of_stream(self, chunk: RecordBatch, is_first: bool, state: Array) -> Array:
-        """x_v of a chunk [m]; a command is held between samples (zero-order hold).
-
-        The spool is initially at rest under the first command of the stream; its state (n_record, 2) is
-        updated in place.
+        The spool is initially at rest under the first command.
         """
         from scipy.signal import lfilter
 
         if self.spool == "measured":
-            return np.ascontiguousarray(chunk[Channel.SPOOL_POSITION])
-        command = chunk[Channel.INPUT_VOLTAGE]
-        if not chunk.n_time:
-            return command
+            return np.ascontiguousarray(records[Channel.SPOOL_POSITION])
+        command = records[Channel.INPUT_VOLTAGE]
         numerator, denominator, at_rest = _held_command_filter(
-            self.natural_frequency, self.damping_ratio, chunk.sampling_frequency
+            self.natural_frequency, self.damping_ratio, records.sampling_frequency
         )
-        before = at_rest * command[:, :1] if is_first else state
-        position, state[:] = lfilter(numerator, denominator, command, zi=before)
+        position, _ = lfilter(numerator, denominator, command, zi=at_rest * command[:, :1])
         return np.ascontiguousarray(self.spool_gain * np.asarray(position))
 
-    def supply_of_stream(
-        self, chunk: RecordBatch, total: Array, unclear: NDArray[np.bool_], n_before: int, every: int,
-        least_gain: float, state: Array,
-    ) -> Array:  # fmt: skip
-        """P_s of a chunk [Pa]; if it is the ``sum``, `follow_means` of the `total` (n_record, n_time)."""
+    def supply_over_time(
+        self, records: RecordBatch, total: Array, unclear: NDArray[np.bool_], every: int, least_gain: float
+    ) -> Array:
+        """P_s [Pa]; if it is the ``sum``, `follow_means` of the `total` (n_record, n_time)."""
         from hydrofdi.indicators.estimation.valve_use import follow_means  # loads the compiler
 
-        match self.supply_known_by(chunk):
+        match self.supply_known_by(records):
             case "measured":
-                return np.ascontiguousarray(chunk[Channel.SUPPLY_PRESSURE])
+                return np.ascontiguousarray(records[Channel.SUPPLY_PRESSURE])
             case "nominal":
                 return np.full(total.shape, self.supply_pressure)
         supply = np.empty(total.shape)
-        follow_means(np.ascontiguousarray(total), unclear, n_before, every, least_gain, state, supply)
+        follow_means(np.ascontiguousarray(total), unclear, every, least_gain, self.supply_pressure, supply)
         return supply
 
     def supply_known_by(self, records: RecordBatch) -> Literal["measured", "nominal", "sum"]:

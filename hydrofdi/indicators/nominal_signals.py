@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.estimation.valve_use import mark_unclear, new_gate, new_means
+from hydrofdi.indicators.estimation.valve_use import mark_unclear
 from hydrofdi.indicators.nominal_actuator import NominalActuator
-from hydrofdi.indicators.recursive import RecursiveOptions, State
+from hydrofdi.indicators.recursive import RecursiveOptions
 from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -74,30 +74,18 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
         """Parameters of the cylinder for kernels."""
         return Cylinder(*self.areas, *self.volumes, self.flow_gain, self.area_gradient, self.return_pressure)
 
-    def start_of_signals(self, records: RecordBatch) -> dict[str, NDArray[Any]]:
-        """The state before the first sample."""
-        return {
-            "spool": np.zeros((records.n_record, 2)),
-            "gate": new_gate(records.n_record),
-            "supply": new_means(records.n_record, self.supply_pressure),
-        }
+    def observed(self, records: RecordBatch) -> tuple[Array, NDArray[np.bool_]]:
+        """Signals (5, n_record, n_time) in SI, and samples without information (n_record, n_time).
 
-    def follow_signals(
-        self, state: State, chunk: RecordBatch, n_before: int
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Signals (5, n_record, n_time) of a chunk in SI, and samples without information (n_record, n_time).
-
-        The order is that of the indices above; the state is updated in place.
+        The order is that of the indices above.
         """
-        shape = chunk.n_record, chunk.n_time
+        shape = records.n_record, records.n_time
         signals, unclear = np.empty((N_SIGNAL, *shape)), np.zeros(shape, dtype=np.bool_)
-        signals[P1], signals[P2] = chunk[Channel.CHAMBER_1_PRESSURE], chunk[Channel.CHAMBER_2_PRESSURE]
-        signals[POSITION] = self.position(chunk)
-        signals[SPOOL] = self.spool_of_stream(chunk, n_before == 0, state["spool"])
-        mark_unclear(signals[SPOOL], n_before, 0, self.least_opening, math.inf, 0, state["gate"], unclear)
+        signals[P1], signals[P2] = records[Channel.CHAMBER_1_PRESSURE], records[Channel.CHAMBER_2_PRESSURE]
+        signals[POSITION] = self.position(records)
+        signals[SPOOL] = self.spool_position(records)
+        mark_unclear(signals[SPOOL], 0, self.least_opening, math.inf, 0, unclear)
         total = signals[P1] + signals[P2] - self.return_pressure
-        gain = -math.expm1(-_BLOCK / chunk.sampling_frequency / self.supply_memory)
-        signals[SUPPLY] = self.supply_of_stream(
-            chunk, total, unclear, n_before, _BLOCK, gain, state["supply"]
-        )
+        gain = -math.expm1(-_BLOCK / records.sampling_frequency / self.supply_memory)
+        signals[SUPPLY] = self.supply_over_time(records, total, unclear, _BLOCK, gain)
         return signals, unclear

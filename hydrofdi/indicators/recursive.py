@@ -1,11 +1,11 @@
-"""Indicators that follow a stream of samples without keeping earlier ones."""
+"""Indicators that follow the samples of a record without keeping earlier ones."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
-
-State = Mapping[str, NDArray[Any]]
-"""State of a stream between chunks: arrays, so that it can be stored."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +61,7 @@ _OF_PRIOR = 0.9
 
 
 class RecursiveIndicator(Indicator[Chosen]):
-    """Base of recursive indicators: subclasses define `begin`, `advance` and `of_record`.
-
-    The estimates of a stream are bit-identical to those of the whole record, however it is split into chunks.
-    """
+    """Base of recursive indicators: subclasses define `follow` and `of_record`."""
 
     needs_scale = True
 
@@ -77,43 +71,12 @@ class RecursiveIndicator(Indicator[Chosen]):
         """Outputs of a whole record; the first one is the score whose trace can be stored."""
 
     @abstractmethod
-    def begin(self, records: RecordBatch) -> State:
-        """Own state before the first sample; depends on number, channels and sampling of the records only."""
-
-    @abstractmethod
-    def advance(
-        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
-    ) -> Mapping[str, Array]:
-        """Move a state past a chunk, in place; return the values of its trace.
-
-        Parameters
-        ----------
-        n_before : int
-            Number of samples of the stream before the chunk.
-        due : ndarray of int, shape (n_instant,)
-            Indices of the samples in the chunk after which an estimate is due.
-        """
+    def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
+        """Values of the trace of whole records after the samples with the indices `due` (n_instant,)."""
 
     @abstractmethod
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """`estimates` of whole records, each (n_record,), from the trace after the transient."""
-
-    def start(self, records: RecordBatch) -> State:
-        """State before the first sample."""
-        clock = {"n_sample": np.array(0), "start_time": np.array(records.start_time)}
-        return clock | dict(self.begin(records))
-
-    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
-        """State after a chunk, and the estimates within it; the old state is not modified.
-
-        There is an estimate every ``interval`` from the start of the stream. A chunk may be a single sample.
-        """
-        n_before, frequency = int(state["n_sample"]), chunk.sampling_frequency
-        due = instants(n_before, chunk.n_time, self.samples_per_estimate(frequency))
-        after = {name: array.copy() for name, array in state.items()}
-        after["n_sample"] += chunk.n_time
-        values = self.advance(after, chunk, n_before, due)
-        return after, Trace(state["start_time"] + (n_before + due) / frequency, values)
 
     @property
     def outputs(self) -> tuple[Output, ...]:
@@ -156,8 +119,11 @@ class RecursiveIndicator(Indicator[Chosen]):
         return samples / sampling_frequency
 
     def trace(self, records: RecordBatch) -> Trace:
-        """Estimates over time of whole records."""
-        return self.step(self.start(records), records)[1]
+        """Estimates over time of whole records, one every ``interval``."""
+        frequency = records.sampling_frequency
+        every = self.samples_per_estimate(frequency)
+        due = np.arange(every - 1, records.n_time, every)
+        return Trace(records.start_time + due / frequency, self.follow(records, due))
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Values in SI."""
@@ -170,13 +136,3 @@ class RecursiveIndicator(Indicator[Chosen]):
             name = self.estimates[0].name
             values[f"{name}_trace"] = trace.values[name][:, : self.n_instant]
         return values
-
-
-def instants(n_before: int, n_sample: int, every: int) -> NDArray[np.intp]:
-    """Indices of the samples in a chunk after which an estimate is due: every `every` of the stream.
-
-    `n_before` samples of the stream came before the chunk; the first estimate is due after sample `every` −
-    1.
-    """
-    first = (-n_before - 1) % every
-    return np.arange(first, n_sample, every)

@@ -82,30 +82,12 @@ def _own(name: str) -> Kind:
     return kind
 
 
-def shadows() -> list[str]:
-    """Messages about indicators of other packages whose names are already used."""
-    return [
-        f"indicator {point.name!r} of {point.value} has the name of a built-in indicator and is ignored"
-        for point in _points()
-        if point.name in _homes()
-    ]
-
-
 @cache
-def _points() -> tuple[EntryPoint, ...]:
-    return tuple(entry_points(group=GROUP))
+def _added() -> dict[str, EntryPoint]:
+    return {point.name: point for point in entry_points(group=GROUP)}
 
 
-@cache
-def _added() -> dict[str, list[EntryPoint]]:
-    return {point.name: [each for each in _points() if each.name == point.name] for point in _points()}
-
-
-def _load(points: list[EntryPoint]) -> Kind:
-    point = points[0]
-    if len(points) > 1:
-        found = " and ".join(sorted(each.value for each in points))
-        raise ConfigError(f"indicator {point.name!r} is added twice, by {found}")
+def _load(point: EntryPoint) -> Kind:
     try:
         kind: Kind = point.load()
     except Exception as error:

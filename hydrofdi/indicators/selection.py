@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,15 +12,13 @@ from pydantic import ValidationError
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
-from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
+from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
 from hydrofdi.records import RecordSource
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import read_extended
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
-
-_log = logging.getLogger(__name__)
 
 LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 
@@ -53,10 +50,8 @@ def label_mistake(label: object, of: str = "an indicator") -> str | None:
 
 def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
     """Label → options, for any form of choice; mistakes are collected in `source`."""
-    for shadow in shadows():
-        _log.warning("warning: %s", shadow)
     if isinstance(chosen, str) and chosen.strip() == "all":
-        return {name: {} for name in _loadable_names()}
+        return {name: {} for name in indicator_names()}
     given = [name.strip() for name in chosen.split(",")] if isinstance(chosen, str) else chosen
     is_unnamed = isinstance(chosen, str) and "" in given
     if not isinstance(given, Mapping | Sequence) or not given or is_unnamed:
@@ -82,18 +77,6 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
             form = "'indicators: {dwt: {}, mine: {kind: dwt, levels: 3}}'"
             message = f"a list contains names, each once, not {name!r}; with options or labels, write {form}"
             source.report((*within, place), message)
-    return names
-
-
-def _loadable_names() -> list[str]:
-    """Names of all indicators that can be loaded; warn about the others."""
-    names = []
-    for name in indicator_names():
-        try:
-            sound_indicator(name)
-            names.append(name)
-        except ConfigError as error:
-            _log.warning("warning: %s; the indicator is omitted", error)
     return names
 
 

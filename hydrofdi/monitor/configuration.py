@@ -202,7 +202,7 @@ class MonitorConfig(SamplesConfig):
 
 
 _OF_RECORDS = {
-    "files", "path", "columns", "group", "label", "healthy", "severity", "drive_period",
+    "files", "path", "group", "label", "healthy", "severity", "drive_period",
     "sampling_frequency_is",
 }  # fmt: skip
 """Keys of a description that name and label records of files."""

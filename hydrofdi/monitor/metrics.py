@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import math
-import socket
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from ipaddress import ip_address
-from socketserver import ThreadingMixIn
-from threading import BoundedSemaphore, Thread, Timer
 from typing import Any, TypeVar, cast
-from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 
-from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, make_wsgi_app
+from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, start_http_server
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
@@ -25,8 +20,8 @@ from hydrofdi.version import __version__
 
 Metric = TypeVar("Metric", Counter, Gauge, Info, Enum)
 
-_PATIENCE, _AT_ONCE = 1.0, 8
-"""Longest time that a client gets [s], and how many are served at once; a usual scrape waits for 10 s."""
+_PATIENCE = 1.0
+"""Longest silence of a client [s]."""
 
 
 class MetricsServer:
@@ -40,16 +35,17 @@ class MetricsServer:
         self._registry = CollectorRegistry()
         self._metrics: dict[str, Counter | Gauge | Info | Enum] = {}
         try:
-            family, _, _, _, found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-            self._server = _Server(family, (host, port), make_wsgi_app(self._registry))
+            self._server, self._thread = start_http_server(port, host, self._registry)
         except (OSError, UnicodeError) as error:
             raise ConfigError(f"metrics: {address}: {reason(error)}") from None
-        self._thread = Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
-        self._thread.start()
+        # A client that is silent or breaks off ends its own thread, and nothing is said of it.
+        vars(self._server)["handle_error"] = lambda *_: None
+        handler: Any = self._server.RequestHandlerClass
+        self._server.RequestHandlerClass = type("Handler", (handler,), {"timeout": _PATIENCE})
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self._server.server_port}/metrics"
         self.said = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
-        if not ip_address(str(found[0]).partition("%")[0]).is_loopback:
+        if not ip_address(str(self._server.server_address[0]).partition("%")[0]).is_loopback:
             text = f"everyone who reaches {self.url} can read the metrics"
             self.said.append(Event(EventKind.INSECURE, text))
 
@@ -178,52 +174,6 @@ class MetricsSink:
         gauge = self._own(Gauge, name, text)
         gauge.set(value)
         return gauge
-
-
-class _Server(ThreadingMixIn, WSGIServer):
-    """Answers a few clients at once, so that those that send nothing delay no others."""
-
-    daemon_threads = True
-
-    def __init__(self, family: int, address: tuple[str, int], application: Any) -> None:
-        self.address_family, self._places = family, BoundedSemaphore(_AT_ONCE)
-        super().__init__(address, _Handler)
-        self.set_app(application)
-
-    def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer in a thread, as soon as there are few enough."""
-        self._places.acquire()
-        super().process_request(request, client_address)
-
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Answer, and make place for the next."""
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self._places.release()
-
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of clients that break off."""
-
-
-class _Handler(WSGIRequestHandler):
-    def setup(self) -> None:
-        """Give the client a while."""
-        super().setup()
-        self._end = Timer(_PATIENCE, self._break_off)
-        self._end.start()
-
-    def finish(self) -> None:
-        """The client is served."""
-        self._end.cancel()
-        super().finish()
-
-    def log_message(self, *_: Any) -> None:
-        """Say nothing."""
-
-    def _break_off(self) -> None:
-        with suppress(OSError):
-            self.connection.shutdown(socket.SHUT_RDWR)
 
 
 def _host_and_port(address: str) -> tuple[str, int]:

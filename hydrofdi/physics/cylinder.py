@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from hydrofdi.physics.equation import Quantity, equation, limited
 
 STANDARD_GRAVITY = 9.80665
@@ -199,34 +197,3 @@ def foundation_velocity(
         x_b' = (F − K_b x_b)/D_b [m/s].
     """
     return (force - stiffness * displacement) / damping  # (2b)
-
-
-BOILING_RANGE = 1e3
-"""Range ε above the vapour pressure within which a pressure drop is slowed to a halt [Pa].
-
-It is wide enough for solvers to resolve.
-"""
-
-
-@equation
-def supported_pressure_rate(pressure: Quantity, rate: Quantity, least: Quantity) -> Quantity:
-    """Pressure rate of a chamber whose fluid boils at the vapour pressure instead of falling below it.
-
-    Parameters
-    ----------
-    pressure : float
-        P [Pa].
-    rate : float
-        P' from the flow balance alone [Pa/s].
-    least : float
-        Vapour pressure [Pa].
-
-    Returns
-    -------
-    float
-        P' if positive; if negative, P' times (P − P_vapour)/ε limited to 0 … 1, with ε = 1 kPa [Pa/s].
-    """
-    # A ramp over ε instead of a switch: the rate stays a continuous function of the pressure.
-    share = np.minimum(np.maximum((pressure - least) / BOILING_RANGE, 0.0), 1.0)
-    # Only a fall is slowed; a rise out of the vapour keeps its full rate.
-    return np.maximum(rate, 0.0) + share * np.minimum(rate, 0.0)  # (5b)

@@ -9,9 +9,6 @@ from hydrofdi.physics.equation import Quantity, equation, signed_root
 REFERENCE_DROP = 8e6
 """Pressure difference at which a leak is also stated, by default by indicators as well [Pa]."""
 
-EDGE_ROUNDING = 1e-9
-"""Rounding tolerance of edges in periods: a time this close before an edge counts as the edge."""
-
 
 @equation
 def internal_leakage_flow(pressure_difference: Quantity, coefficient: Quantity) -> Quantity:
@@ -130,16 +127,6 @@ def scored_share(position: Quantity, centre: Quantity, width: Quantity) -> Quant
 def onset_ramp(time: Quantity, start: Quantity, duration: Quantity) -> Quantity:
     """Open fraction of the leak: rises from 0 at `start` to 1 within `duration` [-]; times in s."""
     return np.minimum(np.maximum((time - start) / duration, 0.0), 1.0)  # (11c)
-
-
-@equation
-def intermittent_onset(time: Quantity, start: Quantity, period: Quantity, duty: Quantity) -> Quantity:
-    """Open fraction of the leak: 1 for the first `duty` [-] of each period after `start`, else 0 [-]."""
-    # Without the tolerance, rounding could move an edge on a step to the step after it.
-    elapsed = (time - start) / period + EDGE_ROUNDING
-    # With floor, the phase is 0 … 1 before the start as well; the sign of `elapsed` tells them apart.
-    phase = elapsed - np.floor(elapsed)
-    return np.where((elapsed >= 0.0) & (phase < duty), 1.0, 0.0)  # (11d)
 
 
 @equation

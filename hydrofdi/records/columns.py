@@ -110,10 +110,6 @@ class Table(Titled, ABC):
         """
         return self.numbers(position), math.nan
 
-    def text(self, position: int) -> str:
-        """The value of a constant column; `DataError` if it changes, or is not text."""
-        raise DataError(f"{self.place}: column {self.titles[position]!r} is not text")
-
 
 class RejectionError(Exception):
     """No record can be formed; it is listed with the reason, and the other records continue."""

@@ -13,7 +13,7 @@ from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.columns import RejectionError
 from hydrofdi.records.description import CyclesConfig, SegmentConfig, TrimConfig
 from hydrofdi.records.recording import Recording
-from hydrofdi.records.stuck import BAND, Direction, drive_edges
+from hydrofdi.records.stuck import Direction, drive_edges
 from hydrofdi.units import ABOVE, BELOW
 
 
@@ -21,26 +21,6 @@ def edges(samples: Array, direction: Direction) -> list[int]:
     """First sample beyond a band around the middle of the range, after each change of side."""
     drive = _range(samples)
     return drive_edges(samples, drive, direction)[0].tolist() if drive[1] > drive[0] else []
-
-
-def reversals(position: Array) -> list[int]:
-    """Samples at which a position reverses; reversals below a fifth of its range do not count."""
-    low, high = _range(position)
-    size = BELOW * BAND * (high - low)
-    if not size > 0.0:
-        return []
-    turns: list[int] = []
-    heading, extreme = 0, 0
-    for n, value in enumerate(position.tolist()):
-        away = value - position[extreme]
-        if heading == 0 and abs(away) >= size:
-            heading, extreme = (1 if away > 0.0 else -1), n
-        elif heading and heading * away > 0.0:
-            extreme = n
-        elif heading and -heading * away >= size:
-            turns.append(extreme)
-            heading, extreme = -heading, n
-    return turns
 
 
 def _range(samples: Array) -> tuple[float, float]:
@@ -163,11 +143,7 @@ def _spans(recording: Recording, cycles: CyclesConfig) -> list[tuple[int, int]]:
         n_cycle = int((recording.n_time + 1e-6) / per_cycle) if per_cycle >= 2.0 else 0
         starts = [round(round(number * per_cycle, 6)) for number in range(n_cycle)]
         return [(start, start + int(per_cycle + 1e-6)) for start in starts]
-    if cycles.by == "edges":
-        found = edges(recording.channels[cycles.channel], cycles.edge)
-    else:
-        found = reversals(recording.channels[Channel.PISTON_POSITION])
-    return list(pairwise(found))
+    return list(pairwise(edges(recording.channels[cycles.channel], cycles.edge)))
 
 
 def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue, ...]:

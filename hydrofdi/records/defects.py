@@ -1,16 +1,15 @@
-"""Defects of measured records: missing, stuck and clipped samples, hum, outliers, and strange sizes."""
+"""Defects of measured records: missing, stuck and clipped samples, hum, and strange sizes."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import Array, Channel, RejectedRecord
+from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.recording import Recording
 from hydrofdi.records.stuck import frozen_stretch, frozen_time, is_ideal_rail, must_change, update_rate
@@ -265,61 +264,3 @@ def low_pressures(recording: Recording) -> Iterator[Issue]:
             f"{channel}: values up to {value:.4g} Pa; is the unit {unit}? Hydraulic pressures exceed 0.1 MPa"
         )
         yield Issue(text, channel, kind="low_pressure")
-
-
-_FEWEST = 8
-"""Fewest records of a group that is checked."""
-_TO_DEVIATION = 1.4826
-"""Standard deviation of normal numbers over their median absolute deviation."""
-
-Key = tuple[str, Channel]
-"""Group and channel."""
-
-
-def outliers(records: Iterable[Recording | RejectedRecord], limit: float) -> dict[str, tuple[Issue, ...]]:
-    """Record id → remarks, for records that are further from the median of their group than others.
-
-    The check compares the stroke, and the logarithm of the RMS of each pressure's changes from sample to
-    sample; the limit is in robust standard deviations.
-    """
-    names: dict[Key, list[str]] = defaultdict(list)
-    numbers: dict[Key, list[float]] = defaultdict(list)
-    for record in records:
-        if isinstance(record, Recording):
-            for channel, number in _looked_at(record).items():
-                names[record.group, channel].append(record.record_id)
-                numbers[record.group, channel].append(number)
-    found: dict[str, tuple[Issue, ...]] = defaultdict(tuple)
-    for key, values in numbers.items():
-        distances = _distances(np.array(values))
-        for row in np.flatnonzero(distances > limit).tolist():
-            found[names[key][row]] += (_remark(key[1], float(distances[row])),)
-    return found
-
-
-def _looked_at(record: Recording) -> dict[Channel, float]:
-    channels = record.channels
-    numbers = {Channel.PISTON_POSITION: record.stroke} if Channel.PISTON_POSITION in channels else {}
-    for channel, samples in channels.items():
-        if channel.is_pressure:
-            change = float(np.sqrt(np.mean(np.diff(samples) ** 2)))
-            numbers[channel] = float(np.log(change)) if change > 0.0 else np.nan
-    return numbers
-
-
-def _distances(values: Array) -> Array:
-    """Distances from the median in robust standard deviations; zero if there are few values."""
-    finite = values[np.isfinite(values)]
-    if finite.size < _FEWEST:
-        return np.zeros(values.size)
-    middle = np.median(finite)
-    # Median absolute deviation: the outliers that are looked for do not widen it.
-    spread = _TO_DEVIATION * float(np.median(np.abs(finite - middle)))
-    away, least = np.nan_to_num(np.abs(values - middle)), 1e-9 * np.abs(finite).max()
-    return np.asarray(np.divide(away, spread, out=np.zeros(values.size), where=spread > least))
-
-
-def _remark(channel: Channel, distance: float) -> Issue:
-    what = "the stroke is" if channel is Channel.PISTON_POSITION else f"the changes of {channel} are"
-    text = f"{what} {distance:.1f} standard deviations from the median of its group"
-    return Issue(text, channel, kind="outlier")

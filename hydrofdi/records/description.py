@@ -198,9 +198,9 @@ class TrimConfig(Section):
 class CyclesConfig(Section):
     """Division of a file into cycles, each of which becomes a record."""
 
-    by: Literal["period", "edges", "reversals"]
+    by: Literal["period", "edges"]
     """``period``: equal durations from the first sample on. ``edges``: from each edge of `channel` to the
-    next. ``reversals``: from each turn of the piston position to the next."""
+    next."""
 
     period: Duration | None = None
     """Duration of a cycle, for ``period``. It becomes the period of the drive."""
@@ -259,11 +259,6 @@ class LimitsConfig(Section):
 
     shortest_stroke: Annotated[float, SI("m", above=0.0)] | None = None
     """Distance between the first and the last piston position; in counts if the position is in counts."""
-
-    outliers: Annotated[float, SI("1", above=0.0)] | None = None
-    """Distance of a stroke, or of the changes of a pressure from sample to sample, from the median of the
-    group, in robust standard deviations, such as 5. All files are then read twice; groups of eight or more
-    records are checked. Off by default."""
 
     payload: Annotated[int, Field(ge=1024, le=2**28)] = 2**20
     """Largest message or line of a stream [bytes]; a longer one is counted as malformed and skipped."""
@@ -331,12 +326,9 @@ class MeasuredConfig(SamplesConfig):
     """Names in the path of a file: a template such as ``{unit}/run {run}.csv``, or a regular expression with
     ``(?P<unit>…)``. The end of the path must match; a name in braces matches as little as possible."""
 
-    columns: dict[str, str] = Field(default_factory=dict)
-    """Name → column with a single value per file, such as the day."""
-
     group: str = ""
-    """Group of a record: a template with names in braces. Names are those of `path` and `columns`,
-    ``{folder}``, ``{file}`` and ``{direction}`` (``+``, ``-`` or ``0``: the sign of the last minus the first
+    """Group of a record: a template with names in braces. Names are those of `path`, ``{folder}``,
+    ``{file}`` and ``{direction}`` (``+``, ``-`` or ``0``: the sign of the last minus the first
     piston position). Records with the same text form a group."""
 
     date: str = ""
@@ -467,7 +459,6 @@ def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     cycles = config.cycles
     if cycles is not None:
         needs.append((("cycles",), cycles.by == "edges", cycles.channel))
-        needs.append((("cycles",), cycles.by == "reversals", Channel.PISTON_POSITION))
         if cycles.by == "period" and cycles.period is None:
             yield source.mistake(("cycles",), "needs a period")
     if config.segment is not None and config.segment.part == "impact" and config.segment.length is None:
@@ -492,7 +483,7 @@ def _names(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     except re.error as error:
         yield source.mistake(("path",), f"is not a regular expression: {error}")
         return
-    known = [*pattern.groupindex, *config.columns, *OWN_NAMES]
+    known = [*pattern.groupindex, *OWN_NAMES]
     for key in ("group", "label", "date"):
         for name in fields_of(getattr(config, key)):
             # a file has a date, but only its cycles have a direction

@@ -30,7 +30,7 @@ from hydrofdi.records.dates import instant, is_dated, seconds_since, since_first
 from hydrofdi.records.description import FormatConfig
 from hydrofdi.records.long import LongTable
 from hydrofdi.records.text import TextTable, blocks_of
-from hydrofdi.settings.messages import counted, nearest
+from hydrofdi.settings.messages import nearest
 
 _EXACT = 2**53
 """Integers up to here are exact as floats."""
@@ -114,15 +114,6 @@ class ArrayTable(Table):
             return np.full(values.size, np.nan), math.nan
         return (values - known[0]) / second, float((known[0] - np.datetime64(0, "s")) / second)
 
-    def text(self, position: int) -> str:
-        """The value of a constant column."""
-        values = {_as_text(value) for value in self._vector(position).tolist()}
-        if len(values) != 1:
-            raise DataError(
-                f"{self.place}: {self.titles[position]}: contains {counted(len(values), 'different value')}"
-            )
-        return values.pop()
-
     def _vector(self, position: int) -> Any:
         name, number = self._columns[position]
         if name != self._last[0]:
@@ -139,10 +130,6 @@ def _columns(name: str, shape: tuple[int, ...]) -> list[tuple[str, int | None]]:
     if len(shape) != 2 or shape[0] == shape[1] or 0 in shape or min(shape) > _MOST_COLUMNS:
         return []
     return [(name, number) for number in range(min(shape))]
-
-
-def _as_text(value: Any) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def content_of(path: Path) -> Content:

@@ -46,9 +46,8 @@ def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -
 class Recording:
     """Channels of one file, or of a part of it: a record that is not yet in a batch, whose attributes it has.
 
-    `values` are what group and label may use; `scaled_headers` the units that the file states for channels
-    with a gain, `units` those of its numbers; `stroke` is the last minus the first position, or zero; `date`
-    the instant of its first sample since 1970 [s].
+    `scaled_headers` are the units that the file states for channels with a gain, `units` those of its
+    numbers; `date` is the instant of its first sample since 1970 [s].
     """
 
     channels: dict[Channel, Array]
@@ -57,14 +56,12 @@ class Recording:
     relative: frozenset[Channel] = frozenset()
     normalized: frozenset[Channel] = frozenset()
     remarks: tuple[Issue, ...] = ()
-    values: Mapping[str, str] = field(default_factory=dict)
     scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
     units: Mapping[Channel, str] = field(default_factory=dict)
     record_id: str = ""
     source: str = ""
     group: str = ""
     label: str = ""
-    stroke: float = 0.0
     date: float = math.nan
 
     def remarked(self, remarks: Iterable[Issue]) -> Recording:
@@ -94,7 +91,6 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
         doubts += unknown_header_unit(column.config, table.unit(column.position))
     if config.sampling_frequency is not None:
         doubts += contradicting_times(table, config.sampling_frequency)
-    values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
     n_time = next(iter(channels.values())).size
     if n_time < 2:
         raise RejectionError("short", f"contains {counted(n_time, 'sample')}")
@@ -118,7 +114,6 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
         start,
         frozenset(channel for channel, column in columns.items() if is_counts(column.unit)),
         remarks=(*table.remarks, *doubts),
-        values=values,
         scaled_headers={
             channel: table.unit(column.position)
             for channel, column in columns.items()

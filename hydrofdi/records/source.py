@@ -27,7 +27,7 @@ from hydrofdi.records.cutting import (
     trimmed,
 )
 from hydrofdi.records.dates import instant
-from hydrofdi.records.defects import defects, differences, outliers
+from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.description import (
     OF_STREAMS,
     MeasuredConfig,
@@ -136,17 +136,14 @@ class MeasuredSource:
         return bool(self.config.label)
 
     def _remarked(self) -> Iterator[Recording | RejectedRecord]:
-        """The records, with remarks on differences from the first, and on outliers if requested."""
-        limit = self.config.limits.outliers
-        far = {} if limit is None else outliers(self._records(), limit)
+        """The records, with remarks on differences from the first."""
         first: Recording | None = None
         for record in self._records():
             if isinstance(record, RejectedRecord):
                 yield record
                 continue
             first = first or replace(record, channels={})
-            own = far.get(record.record_id, ())
-            yield record.remarked((*self.remarks, *own, *differences(record, first)))
+            yield record.remarked((*self.remarks, *differences(record, first)))
 
     def _records(self) -> Iterator[Recording | RejectedRecord]:
         """The records of all files, or a rejection with the reason."""
@@ -164,7 +161,7 @@ class MeasuredSource:
             with open_table(path, str(path), config.format) as table:
                 recording = recording_of(table, config)
             if config.date:
-                recording = replace(recording, date=_date(filled(config.date, {**names, **recording.values})))
+                recording = replace(recording, date=_date(filled(config.date, names)))
             recording = trimmed(recording, config.trim)
             cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
         except RejectionError as rejection:
@@ -181,7 +178,7 @@ class MeasuredSource:
         """The requested part of a cycle, with its group, label and findings."""
         config, position = self.config, cycle.channels.get(Channel.PISTON_POSITION)
         stroke = None if position is None else find_stroke(position)
-        known = {**names, **cycle.values, "direction": stroke.direction if stroke else "0"}
+        known = {**names, "direction": stroke.direction if stroke else "0"}
         group, label = (filled(template, known) for template in (config.group, config.label))
         try:
             record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
@@ -193,7 +190,7 @@ class MeasuredSource:
                 record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
         except RejectionError as rejection:
             return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
-        return replace(record, group=group, label=label, stroke=stroke.distance if stroke else 0.0)
+        return replace(record, group=group, label=label)
 
     @cached_property
     def _pattern(self) -> re.Pattern[str]:

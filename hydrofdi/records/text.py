@@ -206,21 +206,11 @@ class TextTable(Table):
         """Read dates of a column in a stated format, after those of the column `date`."""
         self._dates = position, form, date
 
-    def text(self, position: int) -> str:
-        """The value of a constant column."""
-        first: str | None = None
-        for line, cells in self._rows_of_cells():
-            value = cells[position].strip() if position < len(cells) else ""
-            first = value if first is None else first
-            if value != first:
-                title = self.titles[position]
-                place = f"{self.place}:{line}"
-                raise DataError(f"{place}: column {title!r} changes from {first!r} to {value!r}")
-        return first or ""
-
     def texts(self, position: int) -> list[str]:
-        """All cells of a column."""
-        return [cells[position].strip() for _, cells in self._rows_of_cells()]
+        """All cells of a column, of rows that are not cut off."""
+        lines = (line for _, block in self._row_blocks() for line in block if not self._rows.is_empty(line))
+        rows = (self._rows.cells([line])[0] for line in lines)
+        return [cells[position].strip() for cells in rows if len(cells) >= max(1, self._usual)]
 
     def load(self, positions: Sequence[int]) -> None:
         """Read columns, all in one pass."""
@@ -275,14 +265,6 @@ class TextTable(Table):
             if lines[start:]:
                 yield number + start, lines[start:]
             number += len(lines)
-
-    def _rows_of_cells(self) -> Iterator[tuple[int, list[str]]]:
-        """Line and cells of each row that is not cut off."""
-        for number, lines in self._row_blocks():
-            for line, text in enumerate(lines, number):
-                cells = [] if self._rows.is_empty(text) else self._rows.cells([text])[0]
-                if len(cells) >= max(1, self._usual):
-                    yield line, cells
 
     def row_place(self, row: int) -> str:
         """File and line of a row, and of the first line for -1."""

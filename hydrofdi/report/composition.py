@@ -136,7 +136,7 @@ class Report:
         """The sections of the report; of an experiment without results what is missing, and the remedy."""
         data = self.data
         if self.has_results:
-            return document_of(self.name, self.lead, self.blocks(), data)
+            return document_of(self.name, self.lead, self.blocks())
         blocks = (sections.remarks_block(data), sections.holes_block(data), *answers(self.varied_block()))
         return document_of(self.name, self.lead, (*blocks, sections.provenance_block(data)))
 

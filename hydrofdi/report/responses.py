@@ -49,8 +49,7 @@ _LEGEND = (
 )
 _RANKS = (
     "Spearman's ρ: +1 if a feature always rises with the parameter, −1 if it always falls. By"
-    " chance: in 95 % of cases without dependence. The interval, 95 %, is for independent draws, too wide for"
-    " others."
+    " chance: in 95 % of cases without dependence."
 )
 _GAP = "\N{NO-BREAK SPACE}"
 
@@ -58,7 +57,7 @@ Z_95 = 1.959963984540054
 """Quantile of the normal distribution for a two-sided confidence of 95 %."""
 
 LEAST_RUNS = 10
-"""Smallest number of runs for a rank correlation; below, its interval would not cover."""
+"""Smallest number of runs for a rank correlation."""
 
 
 def fifths(values: NDArray[np.float64]) -> list[tuple[float, float, NDArray[np.bool_]]]:
@@ -169,8 +168,6 @@ class RankCorrelation:
     ----------
     value : float
         −1 … 1; NaN if the feature or the parameter is constant, or if there are too few runs.
-    low, high : float
-        95 % confidence interval.
     chance : float
         Bound of abs(ρ) in 95 % of cases if the feature does not depend on the parameter.
     n_run : int
@@ -178,67 +175,27 @@ class RankCorrelation:
     """
 
     value: float
-    low: float
-    high: float
     chance: float
     n_run: int
 
 
 def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
-    """Spearman's ρ over the runs that have both numbers.
+    """Spearman's ρ over the runs that have both numbers; without dependence it has the variance 1/(n − 1).
 
-    The standard error follows from the influence of each run on ρ, which assumes no distribution; the
-    interval is taken on Fisher's scale, artanh ρ. Without dependence ρ has the variance 1/(n − 1).
     Kendall and Gibbons, Rank Correlation Methods, 5th edition, 1990.
     """
-    parameter, feature = comparable(parameter), comparable(feature)
-    known = np.isfinite(parameter) & np.isfinite(feature)
-    n_run = int(known.sum())
-    if n_run < LEAST_RUNS or np.ptp(parameter[known]) == 0.0 or np.ptp(feature[known]) == 0.0:
-        return RankCorrelation(math.nan, math.nan, math.nan, math.nan, n_run)
-    x, y = _ranks(parameter[known]), _ranks(feature[known])
-    # Ranks have variance 1, so their covariance is ρ; rounding may exceed 1.
-    value = float(np.clip(np.mean(x * y), -1.0, 1.0))
-    error = _standard_error(x, y)
-    low, high = _fisher_interval(value, error)
-    return RankCorrelation(value, low, high, Z_95 / math.sqrt(n_run - 1), n_run)
-
-
-def _ranks(values: Array) -> Array:
-    """Mean ranks, scaled to mean 0 and variance 1."""
     from scipy.stats import rankdata
 
-    ranks = rankdata(values)
-    scaled: Array = (ranks - ranks.mean()) / ranks.std()
-    return scaled
-
-
-def _standard_error(x: Array, y: Array) -> float:
-    """From the influence of each run: through its own ranks, and through those of the others."""
-    influence = x * y + _moved(x, y) + _moved(y, x)
-    return float(np.std(influence, ddof=1)) / math.sqrt(len(x))
-
-
-def _moved(x: Array, y: Array) -> Array:
-    """How a run at each x moves the ranks of all runs above it, weighted with their y; of mean zero."""
-    order = np.argsort(x, kind="stable")
-    above = np.empty_like(y)
-    # Sum of y over all runs with a larger x, in n log n instead of n².
-    above[order] = np.cumsum(y[order][::-1])[::-1]
-    # One run below moves a rank by one, which is this much of a scaled rank.
-    step = 1.0 / np.std(np.arange(len(x)))
-    moved: Array = step * (above - above.mean())
-    return moved
-
-
-def _fisher_interval(value: float, error: float) -> tuple[float, float]:
-    """95 % interval on the scale of artanh; a point at a perfect correlation."""
-    if abs(value) > 1.0 - 1e-12:
-        return value, value
-    # Delta method: d artanh ρ/dρ = 1/(1 − ρ²).
-    half = Z_95 * error / (1.0 - value**2)
-    centre = math.atanh(value)
-    return math.tanh(centre - half), math.tanh(centre + half)
+    pair = np.stack([comparable(parameter), comparable(feature)])
+    known = pair[:, np.isfinite(pair).all(axis=0)]
+    n_run = known.shape[1]
+    if n_run < LEAST_RUNS or not np.ptp(known, axis=1).all():
+        return RankCorrelation(math.nan, math.nan, n_run)
+    ranks = rankdata(known, axis=1)
+    x, y = (ranks - ranks.mean(axis=1, keepdims=True)) / ranks.std(axis=1, keepdims=True)
+    # Ranks have variance 1, so their covariance is ρ; rounding may exceed 1.
+    value = float(np.clip(np.mean(x * y), -1.0, 1.0))
+    return RankCorrelation(value, Z_95 / math.sqrt(n_run - 1), n_run)
 
 
 @dataclass(frozen=True)
@@ -441,7 +398,7 @@ def _rank_table(axes: list[AxisResponses]) -> Table:
     """Rank correlations of all features with the parameters that have many values."""
     rows = [
         {"feature": response.feature.name, "parameter": found.axis.name, "ρ": rank.value}
-        | {"interval from": rank.low, "to": rank.high, "by chance up to": rank.chance, "runs": rank.n_run}
+        | {"by chance up to": rank.chance, "runs": rank.n_run}
         for found in axes
         for response in found.responses
         if (rank := response.rank) is not None
@@ -477,7 +434,7 @@ def _response(found: AxisResponses, response: Response) -> dict[str, Any]:
         | {"n": spread.n_run}
         for group, spread in zip(found.axis.groups, response.over, strict=True)
     ]
-    ranks = rank and numbers(rank, "value", "low", "high", "chance") | {"n": rank.n_run}
+    ranks = rank and numbers(rank, "value", "chance") | {"n": rank.n_run}
     return {
         "axis": found.axis.name,
         "baseline": found.against or None if feature.is_change else None,

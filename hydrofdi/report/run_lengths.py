@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -13,7 +12,7 @@ from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.table import Block, Table, finite, group_breaks
 from hydrofdi.report.wording import joined
 from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
-from hydrofdi.studies.truth import EstimateJudgement, Estimates
+from hydrofdi.studies.truth import REFERENCE_PRESSURE, Estimates
 from hydrofdi.units import convert
 
 _CHARTS = (
@@ -132,9 +131,6 @@ def _quantile(name: str, delay: Delay) -> dict[str, float | None]:
     return {key: finite(value) for key, value in ends.items()}
 
 
-REFERENCE_PRESSURE = 8e6
-"""Pressure difference at which K_i is shown as a flow [Pa]."""
-
 _ORDER = (
     "The truth is known only for simulated records, and no indicator sees it. Error: estimate minus truth."
 )
@@ -142,8 +138,7 @@ _ORDER = (
 
 def estimates_block(estimates: Estimates) -> Block | None:
     """How far estimates are from the truth; None if nothing is estimated."""
-    rows = estimate_records([estimates])
-    if not rows:
+    if not (rows := estimates.rows):
         return None
     level = f"{100.0 * estimates.confidence:g} %"
     note = (
@@ -165,31 +160,3 @@ def _left_out(estimates: Estimates) -> str:
     if estimates.without_deviation:
         sentences += f" Not listed because they state no deviation: {joined(estimates.without_deviation)}."
     return sentences
-
-
-def estimate_records(judged: Sequence[Estimates]) -> list[dict[str, Any]]:
-    """Plain data for JSON, one record for each estimate and population."""
-    return [_record(each) for estimates in judged for each in estimates.judgements]
-
-
-def _record(each: EstimateJudgement) -> dict[str, Any]:
-    unit = "percent" if each.quantity == "bulk_modulus" else "L_per_min"
-    numbers = {"mean_error": each.bias, "deviation": each.deviation, "stated_deviation": each.stated}
-    return {
-        "indicator": each.indicator,
-        "quantity": "bulk_modulus" if each.quantity == "bulk_modulus" else "leakage",
-        "population": each.population,
-        "n": each.n,
-        "not_measurable": each.not_measurable,
-        **{f"{name}_{unit}": finite(_shown(each.quantity, value)) for name, value in numbers.items()},
-        "covered": finite(each.covered.value),
-        "covered_low": each.covered.low,
-        "covered_high": each.covered.high,
-    }
-
-
-def _shown(quantity: str, value: float) -> float:
-    """L/min at the reference pressure, or percent."""
-    if quantity == "bulk_modulus":
-        return 100.0 * value
-    return convert(value * math.sqrt(REFERENCE_PRESSURE), "L/min")

@@ -1,4 +1,4 @@
-"""Sections that the report of any experiment has: remarks, holes, verdicts, the machine, and provenance."""
+"""Sections that the report of any experiment has: remarks, holes, verdicts, and provenance."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.config.request import OWN_PLANT, parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
@@ -21,30 +20,10 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
 
-_MACHINE = {
-    "actuator.piston_area": "Piston area",
-    "actuator.piston_area_2": "Piston area of chamber 2",
-    "actuator.chamber_volume": "Volume of a chamber",
-    "actuator.chamber_volume_2": "Volume of chamber 2",
-    "actuator.stroke": "Stroke",
-    "actuator.inclination": "Inclination",
-    "actuator.mass": "Moving mass",
-    "supply.pressure": "Supply pressure",
-    "fluid.bulk_modulus": "Effective bulk modulus (EBM)",
-    "friction.viscous": "Viscous friction",
-    "input.shape": "Drive",
-    "record.duration": "Record",
-    "record.sampling_frequency": "Sampling frequency",
-}
-"""What says which machine an experiment is about, and how people call it; left out if it is not stated."""
 
-
-def document_of(
-    title: str, lead: str, blocks: Iterable[Block | None], data: ExperimentData | None = None
-) -> Document:
-    """A report of the sections that there are; it begins with the machine of the data."""
-    machine = (machine_block(data),) if data else ()
-    return Document(title, (lead,), (*machine, *(block for block in blocks if block is not None)))
+def document_of(title: str, lead: str, blocks: Iterable[Block | None]) -> Document:
+    """A report of the sections that there are."""
+    return Document(title, (lead,), tuple(block for block in blocks if block is not None))
 
 
 def answers(*blocks: Block | None) -> tuple[Block | None, ...]:
@@ -99,20 +78,6 @@ def doubts_blocks(data: ExperimentData) -> tuple[Block, ...]:
     )
 
 
-def machine_block(data: ExperimentData) -> Block:
-    """The nominal machine and its records, as on a data sheet."""
-    experiment, plant = data.experiment, data.experiment.plant
-    acting = [name for name in _MACHINE if name.partition(".")[0] not in OWN_PLANT or plant.takes(name)]
-    stated = {"plant.fmu": plant.name} if plant.fmu else {}
-    stated |= {f"plant.{name}": value for name, value in plant.own.items()}
-    stated |= {name: value for name in acting if (value := experiment.value(name))}
-    titles = _MACHINE | {"plant.fmu": f"FMU, SHA-256 {plant.digest[:12]}"}
-    names = [titles.get(name, name.partition(".")[2]) for name in stated]
-    values = [*map(shown_value, stated, stated.values())]
-    table = Table.of({"Machine": names, "Nominal": values, "Key": [*stated]}, key="machine")
-    return Block("machine", "The machine", (), (table,))
-
-
 def provenance_block(data: ExperimentData) -> Block:
     """What the experiment states, the library versions, and the settings at their defaults."""
     libraries = sorted(data.versions)
@@ -121,10 +86,7 @@ def provenance_block(data: ExperimentData) -> Block:
     return Block(
         "provenance",
         "Configuration and provenance",
-        (
-            "An identical request gives identical runs, whatever the batch or worker count.",
-            f"Seeds: {shown_seeds(seeds_of(data.experiment))}.",
-        ),
+        ("An identical request gives identical runs, whatever the batch or worker count.",),
         (
             _settings_table("configuration", "What the experiment sets", stated),
             Table.of(versions, title="Versions", key="versions"),

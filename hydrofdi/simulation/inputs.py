@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
 from operator import attrgetter
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,22 +70,8 @@ def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.in
             return drive.amplitude * random_levels(drive.seed, drive.period, record, steps)
         case "csv":
             return _held_rows(drive, record, steps)
-    return drive.amplitude * _wave(drive, record, steps * record.step)
-
-
-def _wave(drive: InputConfig, record: RecordConfig, time: NDArray[Any]) -> NDArray[np.float64]:
-    """A smooth input with amplitude 1."""
-    wave: NDArray[np.float64]
-    match drive.shape:
-        case "sine":
-            wave = np.sin(2.0 * np.pi * time / drive.period)  # (u2)
-        case "sweep":
-            # (u2): the phase is the integral of the frequency, so its rise over the record counts half.
-            rise = (drive.end_frequency - 1.0 / drive.period) / (2.0 * record.duration)
-            wave = np.sin(2.0 * np.pi * time * (1.0 / drive.period + rise * time))
-        case _:
-            wave = _multisine(time / drive.period, drive.harmonics) / _peak(drive.harmonics)
-    return wave
+    wave: NDArray[np.float64] = np.sin(2.0 * np.pi * (steps * record.step) / drive.period)
+    return drive.amplitude * wave  # (u2)
 
 
 def position_reference(
@@ -113,20 +99,6 @@ def _held_rows(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64
     first_steps = np.ceil(rows.times / record.step - _STEP_ROUNDING)
     # The last row that has begun; of rows that begin in the same step, the later one.
     return rows.values[np.searchsorted(first_steps, steps, side="right") - 1]
-
-
-def _multisine(phase: NDArray[np.float64], harmonics: int) -> NDArray[np.float64]:
-    """Multisine with Schroeder phases −πk(k−1)/n, for a low crest factor; `phase` in periods."""
-    total = np.zeros_like(phase)
-    for k in range(1, harmonics + 1):
-        total += np.sin(2.0 * np.pi * k * phase - np.pi * k * (k - 1) / harmonics)  # (u3)
-    return total
-
-
-@cache
-def _peak(harmonics: int) -> float:
-    # 64 points per period of the highest harmonic find the peak to about 0.1 %.
-    return float(np.abs(_multisine(np.arange(64 * harmonics) / (64 * harmonics), harmonics)).max())
 
 
 class Spools:

@@ -22,7 +22,6 @@ from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import STORED
-from hydrofdi.config.plausibility import seeds_of
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.physics import PHYSICS_VERSION
@@ -175,7 +174,6 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
         "started": now(),
         "command": [without_credentials(argument) for argument in sys.argv],
         "configuration": without_contents(json.loads(experiment.model_dump_json())),
-        "seeds": seeds_of(experiment),
         "physics": PHYSICS_VERSION,
         "git": _git_state(Path(__file__).parent),
         "python": platform.python_version(),

@@ -79,7 +79,6 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
         threshold=threshold,
         false_alarms=false_alarms,
         levels=levels,
-        partial_area=case.partial_area(case.part(list(faulty)), reference),
         counted=_counted(false_alarms, levels, rules),
         healthy_pairs=case.healthy_pairs(fit, direction),
         refusals=tuple(dict.fromkeys(case.notes.refusals)),
@@ -119,13 +118,6 @@ class _Case:
         return self.notes.unless_refused(
             lambda: state(below, of(faulty.scores), confidence=self.rules.confidence)
         )
-
-    def partial_area(self, faulty: Part, reference: Reference) -> float:
-        """Scaled partial area up to the false-alarm rate; NaN without scores of both kinds."""
-        _, below, of = reference
-        if below is None or np.isnan(below).all() or np.isnan(faulty.scores).all():
-            return math.nan
-        return roc.roc_curve(below, of(faulty.scores)).partial_area(self.rules.false_alarm_rate)
 
     def direction(self, fit: Part) -> Direction:
         if self.scored.direction is not None:

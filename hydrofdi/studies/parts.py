@@ -163,14 +163,13 @@ class Nuisance:
         Dotted name; ``nothing`` for the variation between records of one actuator.
     alone : Spread or None
         Inner 90 % range of the score if only this nuisance varies, relative to the range if all vary.
-    imitated, hidden : EquivalentFault or None
-        As from `Response.reach`.
+    imitated : EquivalentFault or None
+        As from `Response.imitated`.
     """
 
     parameter: str
     alone: Spread | None
     imitated: EquivalentFault | None
-    hidden: EquivalentFault | None
 
 
 def nuisances_of(
@@ -195,8 +194,10 @@ def nuisances_of(
     found = []
     for name, values in own.items():
         spread = notes.unless_refused(partial(relative_spread, values, healthy, confidence=confidence))
-        reach = response and notes.unless_refused(partial(response.reach, values, own[NOTHING]))
-        found.append(Nuisance(name, spread, *(reach or (None, None))))
+        imitated = None
+        if response is not None:
+            imitated = notes.unless_refused(partial(response.imitated, values, own[NOTHING]))
+        found.append(Nuisance(name, spread, imitated))
     return found, [*dict.fromkeys(notes.refusals)]
 
 

@@ -47,11 +47,6 @@ _SEVERITIES = {
 }
 """Parameter of the faults → variable with the true severity of each run, and its unit."""
 
-_DEPENDENT_DRAWS = (
-    "Actuators are points of a {method}, so they are not independent: binomial limits do not apply to rates."
-)
-_METHODS = {"sobol": "Sobol sequence", "lhs": "Latin hypercube"}
-
 
 def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     """Read the designs of a stored study.
@@ -121,8 +116,6 @@ def _records(data: ExperimentData, roles: StudyTable, design: int, rows: NDArray
     if study.faults and (study.faults.severity == "level" or parameter not in _SEVERITIES):
         nominal = np.array([population.severity for population in roles.populations])[roles.of_run[rows]]
         severity = np.where(np.isnan(severity), np.nan, nominal)
-    method = study.population.method
-    remarks = () if method == "random" else (_DEPENDENT_DRAWS.format(method=_METHODS[method]),)
     return StudyRecords(
         roles.populations,
         roles.of_run[rows],
@@ -130,8 +123,7 @@ def _records(data: ExperimentData, roles: StudyTable, design: int, rows: NDArray
         unit,
         None if roles.actuators is None else tuple(roles.actuators[row] for row in rows.tolist()),
         roles.designs[design],
-        remarks,
-        _per_mean_flow(data, rows),
+        per_mean_flow=_per_mean_flow(data, rows),
         runs=rows,
     )
 

@@ -81,7 +81,7 @@ class StudyRecords:
     is_labelled : bool
         Whether labels name the faults of measured records; otherwise their severities do.
     remarks : tuple of str
-        Remarks on all rates of these records, such as that the draws are dependent.
+        Remarks on all rates of these records.
     """
 
     populations: tuple[Population, ...]
@@ -166,9 +166,6 @@ class Judgement:
         ``q50``, ``q90`` (estimates at 50 % and at the required probability), ``q90_95`` (bound with the
         required confidence) and, for scores selected among many, ``q90_95_of_all`` (simultaneous bound);
         refused values are absent.
-    partial_area : float
-        Partial area up to the false-alarm rate over all faulty test records, scaled so that 0.5 is chance;
-        NaN if undefined.
     counted : mapping of Population to int
         Population with too few records for a rate (only its alarms are counted) → number of records that a
         rate needs.
@@ -190,7 +187,6 @@ class Judgement:
     curve: PodCurve | None = None
     lack_of_fit: float = math.nan
     smallest: Mapping[str, DetectableSeverity] = field(default_factory=dict)
-    partial_area: float = math.nan
     counted: Mapping[Population, int] = field(default_factory=dict)
     refusals: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 
-from hydrofdi.evaluation.rates import Rate, alarm_rate
+from hydrofdi.evaluation.rates import alarm_rate
 from hydrofdi.evaluation.scores import Array, Kind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT
 from hydrofdi.studies.records import StudyRecords
+from hydrofdi.units import convert
 
 TRUTHS = {"internal_coefficient": LEAKAGE_COEFFICIENT, "bulk_modulus": BULK_MODULUS}
 """Output of an indicator → variable of the file with the true value of each run."""
@@ -23,30 +26,8 @@ FAULTS = "faults"
 """Name of the combination of all leaking test records."""
 
 
-@dataclass(frozen=True)
-class EstimateJudgement:
-    """Errors of an estimate in one population.
-
-    Attributes
-    ----------
-    indicator, quantity : str
-        Label of the indicator, and the name of the output.
-    bias, deviation, stated : float
-        Mean error, standard deviation of the errors, and RMS of the stated standard deviations, in SI; for
-        the bulk modulus relative to the true value.
-    covered : Rate
-        Coverage: fraction of records whose stated interval contains the true value.
-    """
-
-    indicator: str
-    quantity: str
-    population: str
-    n: int
-    not_measurable: int
-    bias: float
-    deviation: float
-    stated: float
-    covered: Rate
+REFERENCE_PRESSURE = 8e6
+"""Pressure difference at which K_i is shown as a flow [Pa]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +36,16 @@ class Estimates:
 
     Attributes
     ----------
+    rows : tuple of dict
+        For each estimate and population: mean error, standard deviation of the errors, root mean square of
+        the stated deviations, and the share of records whose stated interval contains the true value.
     has_constant_leaks : bool
         Whether leaks exist from the start; leaks with a later onset are excluded.
     without_deviation : tuple of str
         Estimates without a stated standard deviation, which are not evaluated.
     """
 
-    judgements: tuple[EstimateJudgement, ...]
+    rows: tuple[dict[str, Any], ...]
     confidence: float
     has_constant_leaks: bool = True
     without_deviation: tuple[str, ...] = ()
@@ -82,7 +66,7 @@ def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
     }
     if is_constant and (faults := records.chosen(Kind.FAULT, is_fit=False)):
         populations[FAULTS] = np.sort(np.concatenate([*map(records.rows, faults)]))
-    judged, without = [], []
+    found, without = [], []
     for name in data.columns:
         label, _, quantity = name.rpartition(".")
         has_truth = quantity == "internal_coefficient" or data.experiment.fluid.is_constant
@@ -95,28 +79,39 @@ def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
         truth, estimate, deviation = (np.asarray(own[records.runs], dtype=float) for own in columns)
         scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
         error, deviation = (estimate - truth) / scale, deviation / scale
-        judged += [
-            _judgement(label, quantity, population, error[rows], deviation[rows], confidence)
+        found += [
+            _row(label, quantity, population, error[rows], deviation[rows], confidence)
             for population, rows in populations.items()
         ]
-    return Estimates(tuple(judged), confidence, is_constant, tuple(without))
+    return Estimates(tuple(found), confidence, is_constant, tuple(without))
 
 
-def _judgement(
+def _row(
     label: str, quantity: str, population: str, error: Array, stated: Array, confidence: float
-) -> EstimateJudgement:
+) -> dict[str, Any]:
     known = np.isfinite(error) & np.isfinite(stated)
     width = NormalDist().inv_cdf(0.5 + confidence / 2.0)
-    holds = np.where(known, np.abs(error) <= width * stated, np.nan)
+    covered = alarm_rate(np.where(known, np.abs(error) <= width * stated, np.nan), confidence=confidence)
     own, deviations, n = error[known], stated[known], int(known.sum())
-    return EstimateJudgement(
-        label,
-        quantity,
-        population,
-        n,
-        int((~known).sum()),
-        float(own.mean()) if n else np.nan,
-        float(own.std(ddof=1)) if n > 1 else np.nan,
-        float(np.sqrt(np.mean(np.square(deviations)))) if n else np.nan,
-        alarm_rate(holds, confidence=confidence),
-    )
+    numbers = {
+        "mean_error": float(own.mean()) if n else None,
+        "deviation": float(own.std(ddof=1)) if n > 1 else None,
+        "stated_deviation": float(np.sqrt(np.mean(np.square(deviations)))) if n else None,
+    }
+    is_modulus = quantity == "bulk_modulus"
+    unit = "percent" if is_modulus else "L_per_min"
+
+    def shown(value: float) -> float:
+        return 100.0 * value if is_modulus else convert(value * math.sqrt(REFERENCE_PRESSURE), "L/min")
+
+    return {
+        "indicator": label,
+        "quantity": "bulk_modulus" if is_modulus else "leakage",
+        "population": population,
+        "n": n,
+        "not_measurable": int((~known).sum()),
+        **{f"{name}_{unit}": None if each is None else shown(each) for name, each in numbers.items()},
+        "covered": covered.value if n else None,
+        "covered_low": covered.low,
+        "covered_high": covered.high,
+    }

@@ -15,8 +15,6 @@ import typer.main
 import hydrofdi
 from hydrofdi.api.detectors.training import setting_keys
 from hydrofdi.cli.app import application
-from hydrofdi.config import load_experiment
-from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.report.table import Column, Table
 from hydrofdi.store.shards import content_digest
@@ -140,27 +138,11 @@ def folder(tmp_path_factory):
     return out
 
 
-def test_why_finds_a_run_by_row_or_identity_and_lists_seeds(folder):
+def test_why_finds_a_run_by_row_or_identity(folder):
     (line,) = run("why", folder, "4", check=2).stderr.splitlines()
     assert "no row 4" in line
     told = run_json("why", folder, "1")
     assert run_json("why", folder, told["run_id"])["run_id"] == told["run_id"]
-    assert told["provenance"]["seeds"] == {"measurement.seed": 3}
-    assert "measurement.seed 3" in run("report", folder, "--format", "markdown").stdout
-
-
-def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else():
-    assert seeds_of(load_experiment()) == {}
-    settings = [
-        "input={shape: steps, seed: 5}",
-        "load.random_force=1 kN",
-        "pressure_1_sensor.noise=5 kPa",
-        "sweep.union=[{grid: {load.seed: [1, 2, 3]}},"
-        " {sample: {count: 4, seed: 7, over: {actuator.mass: {uniform: [10 kg, 12 kg]}}}}]",
-    ]
-    assert shown_seeds(seeds_of(load_experiment(None, settings))) == (
-        "measurement.seed 0, input.seed 5, load.seed 1 … 3, sweep.union[2].sample.seed 7"
-    )
 
 
 _KEPT = Path(__file__).parent.parent / "museum" / "format_4_physics_3" / "kept"

@@ -148,7 +148,7 @@ def test_the_page_goes_where_it_is_wanted(hydrofdi, small_sweep, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "file", "start"),
     [
-        (("spectrum.svg", "--json"), "spectrum.svg", b"<?xml"),
+        (("figure3.svg", "--json"), "figure3.svg", b"<?xml"),
         (("sensitivity.pdf",), "sensitivity.pdf", b"%PDF"),
         (("sensitivity", "--out", "map.png"), "map.png", b"\x89PNG"),
     ],

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.compilation.compiling import dispatcher
+from hydrofdi.compilation.object_code import dispatcher
 from hydrofdi.config import load_experiment
 from hydrofdi.indicators.estimation import ekf, ukf
 from hydrofdi.indicators.estimation.kalman_stream import N_SUM, Streams, follow
@@ -122,7 +122,7 @@ def _follow(covariance_shape, voltage, measured, *rest, tuning, every):
     means, of_means = (np.zeros((n_record, n_time // every, N_STATE)) for _ in range(2))
     sums = np.zeros((n_record, n_time // every, N_SUM))
     drive, supply = np.tile(22e-3 * voltage, (n_record, 1)), np.full((n_record, n_time), SUPPLY)
-    follow(streams, 0, measured, drive, supply, tuning, every, means, of_means, sums, *rest)
+    follow(streams, measured, drive, supply, tuning, every, means, of_means, sums, *rest)
     return Followed(means, of_means, sums[:, :, 0], streams.covariance)
 
 

@@ -19,15 +19,13 @@ def law(leakage_time=0.3, compressibility_time=0.3, injection=INJECTION, frequen
 
 
 def followed(signals, chosen):
-    """States (n_time, 10) behind each sample."""
+    """States (n_time, 4) behind each sample."""
     state = np.zeros((1, adaptive_observer.N_STATE))
     state[0, adaptive_observer.COMPRESSIBILITY] = 1.0 / MODULUS_NOMINAL
-    states, estimates, clear = [], np.empty((2, 1, 1)), np.zeros((1, 1), dtype=bool)
-    for k in range(signals.shape[2]):
-        sample = np.ascontiguousarray(signals[:, :, k : k + 1])
-        adaptive_observer.adapt(sample, clear, CYLINDER, chosen, k, 1, state, estimates)
-        states.append(state[0].copy())
-    return np.array(states)
+    n_time = signals.shape[2]
+    states, clear = np.empty((1, n_time, 4)), np.zeros((1, n_time), dtype=bool)
+    adaptive_observer.adapt(np.ascontiguousarray(signals), clear, CYLINDER, chosen, 1, state, states)
+    return states[0]
 
 
 def lyapunov_function(signals, states, chosen):
@@ -100,6 +98,6 @@ def test_what_is_not_physical_ends_the_estimates(excited):
 def test_a_missing_sample_ends_the_estimates_even_where_nothing_is_learned(excited):
     signals, unclear = excited[:, :, :100].copy(), np.ones((1, 100), dtype=bool)
     signals[nominal_signals.P1, 0, 60] = np.nan
-    state, estimates = np.full((1, adaptive_observer.N_STATE), 1.0 / MODULUS_NOMINAL), np.empty((2, 1, 100))
-    adaptive_observer.adapt(signals, unclear, CYLINDER, law(), 0, 1, state, estimates)
-    np.testing.assert_array_equal(np.isnan(estimates[:, 0]), np.tile(np.arange(100) >= 60, (2, 1)))
+    state, estimates = np.full((1, adaptive_observer.N_STATE), 1.0 / MODULUS_NOMINAL), np.empty((1, 100, 4))
+    adaptive_observer.adapt(signals, unclear, CYLINDER, law(), 1, state, estimates)
+    np.testing.assert_array_equal(np.isnan(estimates[0, :, 2:].T), np.tile(np.arange(100) >= 60, (2, 1)))

@@ -25,7 +25,7 @@ def projected(signals, unclear=None, cylinder=CYLINDER, modulus=MODULUS, bounds=
     state, blocks = np.zeros((1, N_STATE)), np.zeros((1, N_BLOCK, N_SUM))
     estimates = np.empty((2, 1, n_time // EVERY))
     project(
-        signals, skipped, cylinder, 1.0 / modulus, bounds, 1.0 / FREQUENCY, 0, state, blocks, EVERY, estimates
+        signals, skipped, cylinder, 1.0 / modulus, bounds, 1.0 / FREQUENCY, state, blocks, EVERY, estimates
     )
     return estimates[:, 0]
 

@@ -63,7 +63,6 @@ class Variable:
 
     @property
     def symbol(self) -> str:
-        """Its name in C."""
         return re.sub(r"\W", "_", self.name).upper()
 
 
@@ -151,7 +150,6 @@ class Recipe:
     platform: str | None = None
 
     def variables(self) -> list[Variable]:
-        """Variables with the units of this recipe."""
         units = dict(self.units)
         return [
             replace(v, unit=units.get(v.name, units.get("", v.unit))) if v.type == "Real" else v
@@ -212,7 +210,6 @@ def _text_of(variable: Variable, value: float | str) -> str:
 
 
 def description(recipe: Recipe) -> bytes:
-    """modelDescription.xml."""
     root = {2: _description_2, 3: _description_3}[recipe.version](recipe)
     indent(root)
     return bytes(tostring(root, encoding="utf-8", xml_declaration=True))
@@ -265,7 +262,6 @@ def _attributes(v: Variable, reference: int) -> dict[str, str]:
 
 
 def _declared(v: Variable, recipe: Recipe) -> dict[str, str]:
-    """Start value, unit and limits."""
     given = {"declaredType": "FrictionLaw"} if v.type == "Enumeration" else {}
     if v.kind in "iftsk" and v.name not in recipe.without_start:
         given["start"] = _text_of(v, v.start)

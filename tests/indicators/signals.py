@@ -1,6 +1,5 @@
 """Records with known answers, simulated runs, and the laws that indicators keep."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -126,22 +125,6 @@ def noisy(records, rows, seed, sizes=NOISE):
     return batch(
         {channel: records[channel][rows] + size * draw.normal(size=shape) for channel, size in sizes.items()}
     )
-
-
-def assert_streams_alike(indicator, records, places):
-    """The estimates of a record are the same to the bit when it comes in chunks that end at these samples."""
-    whole = indicator.trace(records)
-    state, traces = indicator.start(records.window(0, 0)), []
-    for first, stop in itertools.pairwise([0, *sorted(places), records.n_time]):
-        state, trace = indicator.step(state, records.window(first, stop))
-        traces.append(trace)
-    np.testing.assert_array_equal(np.concatenate([each.time for each in traces]), whole.time)
-    for key, numbers in whole.values.items():
-        chunked = np.concatenate([each.values[key] for each in traces], axis=1)
-        if key.startswith("whole_"):
-            # These are estimated only at the end of a chunk.
-            chunked, numbers = chunked[:, -1], numbers[:, -1]
-        np.testing.assert_array_equal(chunked, numbers, err_msg=key)
 
 
 KNOWN = dict.fromkeys(

@@ -6,15 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from estimation.plants import PER_LITRE_PER_MINUTE
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
 from hydrofdi.indicators.models.ukf_joint import UkfJoint, UnscentedOptions
 from hydrofdi.indicators.selection import load_indicators
 from hydrofdi.records import Channel
-from indicators.signals import P1, P2, XV, U, X, assert_streams_alike, measured, noisy, simulated
+from indicators.signals import P1, P2, XV, U, X, measured, noisy, simulated
 from tests.machines import RIG, settings_of
 
 PS = Channel.SUPPLY_PRESSURE
@@ -45,17 +43,6 @@ def closed_loop():
 @pytest.fixture(scope="module")
 def runs(open_loop):
     return noisy(open_loop, [0, 1, 2], 0, NOISE)
-
-
-@settings(max_examples=6, deadline=None)
-@given(
-    st.lists(st.integers(0, 3000), max_size=6),
-    st.sampled_from([("ekf_joint", "command"), ("ekf_joint", "measured"), ("ekf_innovation", "command")]),
-)
-def test_a_stream_of_a_moving_actuator_gives_the_estimates_of_the_record(runs, places, kind):
-    (ekf,) = make_indicators({kind[0]: {"spool": kind[1]}}).values()
-    assert_streams_alike(ekf, runs, places)
-    assert all(np.isfinite(values[:, 1:]).all() for values in ekf.trace(runs).values.values())
 
 
 @pytest.mark.parametrize("motion", ["open_loop", "closed_loop"])

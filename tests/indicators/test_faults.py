@@ -101,7 +101,7 @@ def _added(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.GROUP)
         for kind in (Raising, Overflowing)
     )
-    monkeypatch.setattr(registry, "_points", lambda: points)
+    monkeypatch.setattr(registry, "entry_points", lambda **_: points)
     for cached in (registry._added, registry.indicator_kind):
         cached.cache_clear()
     yield

@@ -1,31 +1,16 @@
-"""What every indicator that follows a stream keeps, read from the list of them."""
+"""What every recursive indicator keeps, read from the list of them."""
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_kind, indicator_names, make_indicators, measure
 from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator
-from indicators.signals import (
-    P1,
-    P2,
-    XV,
-    U,
-    X,
-    assert_streams_alike,
-    batch,
-    measured,
-    noisy,
-    simulated,
-    square_wave,
-)
+from indicators.signals import P1, P2, XV, U, X, batch, measured, noisy, simulated, square_wave
 from indicators.test_catalogue import all_channels
 
 NAMES = [name for name in indicator_names() if issubclass(indicator_kind(name), RecursiveIndicator)]
-N_TIME = 1500
 
 
 def indicator_of(name, **options):
@@ -35,27 +20,6 @@ def indicator_of(name, **options):
 
 @pytest.mark.parametrize("name", NAMES)
 class TestEachRecursiveIndicator:
-    @settings(max_examples=8, deadline=None)
-    @given(places=st.lists(st.integers(0, N_TIME), max_size=6))
-    @example(places=range(1, 400))
-    def test_gives_a_stream_the_estimates_of_the_record(self, name, places):
-        assert_streams_alike(indicator_of(name), all_channels(2).window(0, N_TIME), places)
-
-    def test_keeps_all_it_knows_in_arrays_and_leaves_a_state_as_it_was(self, name):
-        records = all_channels(2)
-        indicator = indicator_of(name)
-        state, _ = indicator.step(indicator.start(records), records.window(0, 700))
-        before = {key: array.copy() for key, array in state.items()}
-        chunk = records.window(700, 1400)
-        first, once = indicator.step(state, chunk)
-        second, again = indicator.step(state, chunk)
-        assert all(isinstance(array, np.ndarray) and array.dtype != object for array in first.values())
-        for key, array in state.items():
-            np.testing.assert_array_equal(array, before[key])
-            np.testing.assert_array_equal(first[key], second[key])
-        for key, values in once.values.items():
-            np.testing.assert_array_equal(values, again.values[key])
-
     def test_keeps_the_trace_of_its_score_where_it_is_asked_to_and_refuses_shorter_records(self, name):
         records = all_channels(2)
         kept = indicator_of(name, trace_duration="4 s", interval="0.5 s")

@@ -5,23 +5,9 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from hydrofdi.indicators import load_indicators, make_indicators
-from indicators.signals import (
-    KNOWN,
-    P1,
-    P2,
-    XV,
-    U,
-    X,
-    assert_streams_alike,
-    batch,
-    measured,
-    noisy,
-    simulated,
-)
+from indicators.signals import KNOWN, P1, P2, XV, U, X, batch, measured, noisy, simulated
 from tests.machines import GAP, LOOP, settings_of
 
 LEAKS = np.array([0.0, 0.0, 1e-9, 5e-9])
@@ -129,14 +115,6 @@ def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():
     np.testing.assert_allclose(trace.values["leakage"][0, -1], flow, rtol=0.05)
     assert 0.3 * flow < trace.values["whole_leakage"][0, -1] < 1.1 * flow
     assert trace.values["whole_misfit"][0, -1] > 3.0
-
-
-@pytest.mark.parametrize("options", [BLIND, BLIND | {"chambers": 1}, {"memory": "none", "settling": "0.1 s"}])
-@settings(max_examples=6, deadline=None)
-@given(places=st.lists(st.integers(0, N_TIME), max_size=6))
-def test_a_stream_gives_the_bits_of_the_record_whatever_is_measured(runs, options, places):
-    (indicator,) = make_indicators({"weak_rls": options}).values()
-    assert_streams_alike(indicator, runs, places)
 
 
 def test_the_preset_states_the_defaults(runs):

@@ -13,10 +13,8 @@ from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modul
 from hydrofdi.physics.hydraulic_mode import mode_frequency
 from hydrofdi.physics.oil import OILS
 from hydrofdi.physics.valve import control_flow
-from hydrofdi.quality.doubts import Simulated, assess_runs
 from hydrofdi.quality.machine import step_limits
-from hydrofdi.quality.measures import how_records_settle, hydraulic_mode
-from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.quality.measures import hydraulic_mode
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.hydraulics import lane_parameters
 from hydrofdi.simulation.kernels.lanes import ModelOptions, pack_singles
@@ -113,44 +111,6 @@ def test_stored_mode_is_that_of_the_softened_fluid() -> None:
     short, soft = machine({}), machine({"fluid.free_air": 0.05})
     modes = [hydraulic_mode(one, simulate_batch([one], [0.0])) for one in (soft, short)]
     assert modes[0].frequency < 0.995 * modes[1].frequency
-
-
-PULLED = machine({"load.random_force": 18.2e3, "load.random_period": 1.0, "load.seed": 3})
-"""−9 kN, which are there at once: a record starts in equilibrium with a constant force."""
-CLAMPED = PULLED.with_values({"fluid.vapour_pressure": 1e4})
-
-
-def test_clamped_pressure_never_falls_below_the_vapour_pressure_and_the_verdict_says_so() -> None:
-    assert simulate_batch([PULLED], [0.0]).chamber_1_pressure.min() < -1e6
-    record = simulate_batch([CLAMPED], [0.0])
-    pressure = record.chamber_1_pressure
-    assert pressure.min() == 1e4
-    changes, _ = how_records_settle([CLAMPED], pressure)
-    quality = assess_runs(Simulated([CLAMPED], record, record, changes, np.ones(1)))
-    assert "cavitating" in str(quality["verdict"][0]).split(", ")
-    assert quality["cavitating_share"][0] == np.mean(pressure == 1e4)
-
-
-def test_clamp_leaves_a_record_alone_that_does_not_cavitate() -> None:
-    runs = [run.with_values({"load.random_force": 0.0}) for run in (PULLED, CLAMPED)]
-    pressure = simulate_batch(runs, [1e-9, 1e-9]).chamber_1_pressure
-    np.testing.assert_allclose(pressure[1], pressure[0], rtol=1e-9)
-
-
-def test_clamped_chamber_recovers_when_the_pull_ends() -> None:
-    run = CLAMPED.with_values({"load.random_force": 2e4, "load.random_period": 0.1, "load.seed": 0})
-    pressure = simulate_batch([run], [2e-9]).chamber_1_pressure[0]
-    at_vapour = pressure == 1e4
-    assert 0 < at_vapour.sum() < 0.9 * pressure.size
-    last = np.flatnonzero(at_vapour)[0]
-    assert pressure[last:].max() > 5e6
-
-
-def test_volume_balance_shows_the_vapour_that_it_leaves_out() -> None:
-    runs = [run.with_values({"record.sampling_frequency": 10e3}) for run in (PULLED, CLAMPED)]
-    residuals = balance_residuals(runs, simulate_batch(runs, [1e-9, 1e-9]))
-    assert residuals.volume[0] < 1e-4 < 1e-3 < residuals.volume[1]
-    assert residuals.energy.max() < 1e-4
 
 
 RESISTANCE, TIME_CONSTANT, OPENING = 4e10, 0.02, 44e-6

@@ -106,12 +106,6 @@ def test_step_onset_leaks_at_once_and_ramp_over_its_duration() -> None:
     np.testing.assert_allclose(share["ramp"], np.clip(time - 0.5, 0.0, 1.0), atol=1e-9)
 
 
-def test_intermittent_leak_is_open_for_its_share_of_the_time() -> None:
-    run = machine(SHORT | {"leakage.onset_duration": 0.2, "leakage.onset_duty": 0.25}, LOOP)
-    flow = simulate_batch([run], [5e-9]).internal_leakage_flow[0]
-    assert np.mean(flow[1:] != 0.0) == pytest.approx(0.25, abs=0.01)
-
-
 @pytest.mark.parametrize("base", [GAP, HOSES], ids=["laminar", "blended"])
 def test_leakage_flow_is_solved_under_the_law_that_was_chosen(base) -> None:
     experiment = load_experiment(settings=[f"{name}={value}" for name, value in (base | SHORT).items()])

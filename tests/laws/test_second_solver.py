@@ -18,7 +18,7 @@ from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, ModelOptions
 from hydrofdi.transforms.wavelet import detail_rms
-from tests.machines import MACHINES, RIG, Values, machine
+from tests.machines import MACHINES, Values, machine
 from tests.second_solver import simulate_with_solver
 
 RANGES = {
@@ -139,15 +139,11 @@ CHOICES: dict[str, Values] = {
     "laminar": {"leakage.law": "laminar"},
     "blended": {"leakage.law": "blended"},
     "ramp": {"leakage.onset": "ramp", "leakage.onset_time": 0.2, "leakage.onset_duration": 0.4},
-    "intermittent": {
-        "leakage.onset": "intermittent", "leakage.onset_duration": 0.2, "leakage.onset_duty": 0.5,
-    },
     "smooth": {"friction.law": "smooth"},
     "lugre": {"friction.law": "lugre"},
     "scaled": {"friction.scale": 0.3},
     "external": {"leakage.external_coefficient_1": 1e-13},
     "air": {"fluid.law": "free_air", "fluid.free_air": 0.005},
-    "cavitating": {"fluid.cavitation": "clamped", "fluid.vapour_pressure": 0.0},
     "stiffening": {"fluid.bulk_modulus_pressure_slope": 11.0},
     "saturated": {"valve.largest_opening": 3e-5},
     "hysteresis": {"valve.hysteresis": 0.2},
@@ -176,7 +172,7 @@ CHOICES: dict[str, Values] = {
     "inclined": {"actuator.inclination": math.radians(40.0)},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "measured": {"control.feedback": "measured", "position_sensor.bias": 1e-4},
-    "multisine": {"input.shape": "multisine", "input.harmonics": 5},
+    "sine": {"input.shape": "sine"},
 }  # fmt: skip
 """Options, each as it is alone, and on a machine where it is compiled."""
 OF_MACHINE = {
@@ -184,7 +180,7 @@ OF_MACHINE = {
     " ripple return uneven warm foundation rod inclined",
     "gap": "ramp drag scored",
     "hoses": "",
-    "loop": "pid measured drag scored intermittent",
+    "loop": "pid measured drag scored",
 }
 """Machines, and the options that are tried one by one on each."""
 
@@ -200,12 +196,12 @@ OPTIONS = [
     for name, names in (
         ("gap", "ramp air stiffening droop ripple warm rod inclined"),
         ("hoses", "overlap edges worn null load return uneven"),
-        ("loop", "pid measured saturated hysteresis slow external intermittent drag scored"),
-        ("rig", "stops cavitating multisine foundation"),
+        ("loop", "pid measured saturated hysteresis slow external drag scored"),
+        ("rig", "stops sine foundation"),
     )
 ]
 """Every option of the model is at work in a quarter of the actuators."""
-TOGETHER = {name: chosen(name) for name in ("air overlap", "air cavitating", " ".join(CHOICES))}
+TOGETHER = {name: chosen(name) for name in ("air overlap", " ".join(CHOICES))}
 VARIANTS = [
     *(pytest.param(values, id=name) for name, values in ({"paper": {}} | FULL).items()),
     *(pytest.param(values, id=name, marks=pytest.mark.long) for name, values in (CHOICES | TOGETHER).items()),
@@ -250,9 +246,7 @@ def test_every_option_changes_the_record_and_no_run_depends_on_those_of_its_neig
         np.testing.assert_array_equal(alone.internal_leakage_flow[0], together.internal_leakage_flow[k])
 
 
-@pytest.mark.parametrize(
-    "values", [*VARIANTS, pytest.param(RIG | {"fluid.vapour_pressure": 6e6}, id="clamped")]
-)
+@pytest.mark.parametrize("values", VARIANTS)
 def test_both_halves_of_the_lanes_round_alike(values: Values) -> None:
     """The kernel holds two copies of the equations, which the compiler must not treat differently."""
     runs = [

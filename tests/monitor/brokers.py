@@ -4,9 +4,15 @@ import getpass
 import shutil
 import socket
 import subprocess
-import time
+from contextlib import contextmanager
 
 import pytest
+from paho.mqtt.client import Client
+from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.properties import Properties
+
+from tests.commands import wait_until
 
 PROGRAM = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/usr/local/sbin")
 
@@ -41,11 +47,7 @@ class Broker:
             self._process = subprocess.Popen(
                 [str(PROGRAM), "-c", str(self._config), "-v"], stdout=log, stderr=log
             )
-        end = time.monotonic() + 30
-        while not answers(self.port):
-            assert self._process.poll() is None, self.log
-            assert time.monotonic() < end, "mosquitto does not listen"
-            time.sleep(0.02)
+        wait_until(lambda: answers(self.port), self._process)
 
     def stop(self):
         """As the system does it: what waits is written to the disk."""
@@ -64,6 +66,24 @@ class Broker:
 
     def address(self, topic="press/samples"):
         return f"mqtt://127.0.0.1:{self.port}/{topic}"
+
+
+@contextmanager
+def client_at(broker, client_id=""):
+    """A client of its own, connected; with a name, the broker keeps what it misses."""
+    client = Client(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
+    client.max_inflight_messages_set(1000)
+    client.max_queued_messages_set(0)
+    wishes = Properties(PacketTypes.CONNECT)
+    wishes.SessionExpiryInterval = 600 if client_id else 0
+    client.connect("127.0.0.1", broker.port, clean_start=not client_id, properties=wishes)
+    client.loop_start()
+    try:
+        wait_until(client.is_connected)
+        yield client
+    finally:
+        client.disconnect()
+        client.loop_stop()
 
 
 def free_port():

@@ -12,13 +12,11 @@ from tests.monitor.machines import make_machine
 
 @pytest.fixture(scope="session")
 def machine(tmp_path_factory):
-    """A machine that begins to leak, and its detector."""
     return make_machine(tmp_path_factory.mktemp("machine"))
 
 
 @pytest.fixture
 def broker(tmp_path):
-    """mosquitto, which listens."""
     yield from running(Broker(tmp_path))
 
 

@@ -12,6 +12,7 @@ from hydrofdi.detectors.trained.lines import is_said, line_record
 from hydrofdi.monitor.mqtt import payload_of
 from hydrofdi.records.streams import Chunk
 from tests.monitor.streams import P1, Killed, made_detector, part, stream
+from tests.records.measuring import csv_of
 
 FILE = made_detector()
 N_WINDOW = 12
@@ -35,14 +36,12 @@ def write_fleet(folder, machines, **keys):
 
 
 def later(chunk, seconds):
-    """The same samples so many seconds later."""
     return Chunk(chunk.time + seconds, chunk.channels)
 
 
 def write_csv(path, chunk):
-    rows = zip(chunk.time.tolist(), chunk.channels[P1].tolist(), strict=True)
     path.parent.mkdir(exist_ok=True)
-    path.write_text("time [s],P1 [Pa]\n" + "".join(f"{time!r},{sample!r}\n" for time, sample in rows))
+    path.write_text(csv_of(("time [s]", chunk.time), ("P1 [Pa]", chunk.channels[P1])))
 
 
 def expected(machines, *, is_over=True):

@@ -9,6 +9,7 @@ import numpy as np
 from hydrofdi.api.run import simulate
 from hydrofdi.config import load_experiment
 from tests.commands import run
+from tests.records.measuring import csv_of
 
 START, ONSET, END = 2.0, 22.0, 42.0
 """The start of the motion is left out; a leak sets in at the onset [s]."""
@@ -29,7 +30,6 @@ class Machine:
 
     @property
     def n_window(self):
-        """Windows of the stream."""
         return round((END - START) / WINDOW)
 
 
@@ -42,15 +42,10 @@ def make_machine(folder):
     detector = folder / "detector.json"
     options = ("--output", "d2", "--direction", "falling", "--false-alarm-rate", "10 %")
     run("train", healthy, *options, "--window", f"{WINDOW} s", "--out", detector, check=0)
-    _lower(detector)
-    return Machine(detector, leaking)
-
-
-def _lower(detector):
-    """Healthy windows stay clear of the limit; those of a leak do not."""
     file = json.loads(detector.read_text())
-    file["limits"]["low"] *= 0.95
+    file["limits"]["low"] *= 0.95  # healthy windows stay clear of the limit; those of a leak do not
     detector.write_text(json.dumps(file))
+    return Machine(detector, leaking)
 
 
 def _pressure(*settings):
@@ -60,7 +55,5 @@ def _pressure(*settings):
 
 
 def _write(path, time, pressure):
-    data = np.column_stack([time, pressure / 1e5])
-    np.savetxt(
-        path, data[data[:, 0] >= START], delimiter=",", header="time [s],P1 [bar]", comments="", fmt="%.9g"
-    )
+    kept = time >= START
+    path.write_text(csv_of(("time [s]", time[kept]), ("P1 [bar]", pressure[kept] / 1e5)))

@@ -41,7 +41,6 @@ def stream(n_window, seed=1, leaking=(), stuck=()):
 
 
 def part(chunk, first, stop=None):
-    """Some of its samples."""
     at = slice(first, stop)
     return Chunk(chunk.time[at], {channel: row[at] for channel, row in chunk.channels.items()})
 
@@ -52,7 +51,6 @@ def rearranged(chunk, places):
 
 
 def lines_of(watch, chunks):
-    """All lines of a stream in such chunks."""
     state, lines = watch.start(), []
     for chunk in chunks:
         state, more = watch.step(state, chunk)

@@ -108,16 +108,10 @@ def test_state_and_log_are_regular_files_of_their_own_and_a_link_to_a_state_stay
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full, which Linux has")
 def test_a_full_disk_behind_standard_output_is_no_bug(machine):
-    with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            [*COMMAND, "monitor", str(machine.detector), str(machine.stream), "--no-follow"],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            timeout=PATIENCE,
-        )
+    with open("/dev/full", "w") as full, start(machine.detector, machine.stream, stdout=full) as done:
+        errors = done.communicate(timeout=PATIENCE)[1]
     assert done.returncode == 2
-    assert "Traceback" not in done.stderr
+    assert "Traceback" not in errors
 
 
 def test_sigterm_before_the_detector_is_read_is_exit_code_0(machine):
@@ -171,12 +165,8 @@ def test_what_cannot_be_done_is_refused(machine, source, options, named, tmp_pat
     done = run("monitor", machine.detector, source, *options, cwd=tmp_path, check=2)
     assert [name for name in named if name not in done.stderr] == []
     assert windows(done.stdout) == []
-
-
-def test_what_is_no_detector_is_refused_with_its_name(machine, tmp_path):
-    (tmp_path / "empty.json").write_text("{}")
-    for name in ("absent.json", "empty.json", machine.stream):
-        assert str(name) in run("monitor", name, "-", cwd=tmp_path, check=2).stderr
+    for name in ("absent.json", "monitor.yaml", machine.stream):  # no detectors
+        assert str(name) in run("monitor", name, source, cwd=tmp_path, check=2).stderr
 
 
 @pytest.mark.parametrize(

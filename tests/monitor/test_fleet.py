@@ -22,9 +22,11 @@ from hydrofdi.monitor import machines as machines_module
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet_configuration import Pattern, load_fleet_config
 from hydrofdi.monitor.loop import Ending
+from hydrofdi.monitor.mqtt import Message
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
 from hydrofdi.monitor.store import StateStore, StoredMachine
+from hydrofdi.monitor.topics import TopicSource
 from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import run
 from tests.monitor.fleets import (
@@ -56,8 +58,11 @@ def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet,
     slow = stream(3)
     slow.time[:] *= 3.0
     write_csv(tmp_path / "press" / "slow.csv", slow)
+    write_csv(tmp_path / "press" / "later.csv", later(MACHINES["m0"], 1.7e9))
     write_fleet(tmp_path, ["press/*.csv", "gone.csv"])
-    assert monitor_fleet(fleet, follow=False) is Ending.OVER
+    said = []
+    assert monitor_fleet(fleet, follow=False, on_line=said.append) is Ending.OVER
+    assert "behind" not in {line.get("event") for line in said}, "files of another day are not late"
     found = logged(tmp_path / "fleet.jsonl", without=("started", "stopped"))
     assert {name: found[name] for name in MACHINES} == expected(MACHINES)
     kinds = {name: {each["event"] for each in found[name] if "event" in each} for name in found}
@@ -134,27 +139,20 @@ def test_a_source_that_failed_is_tried_again_and_its_reason_said_once(fleet, tmp
     assert logged(tmp_path / "fleet.jsonl")["broken"] == expected({"m": MACHINES["m0"]}, is_over=False)["m"]
 
 
-def test_with_a_new_detector_a_machine_starts_anew_and_goes_on_counting(fleet, tmp_path):
-    monitor_fleet(fleet, follow=False)
-    (tmp_path / "detector.json").write_text(detector_text(made_detector(every=0.5)))
-    (tmp_path / "fleet.jsonl").unlink()
-    monitor_fleet(fleet, follow=False)
-    for lines in logged(tmp_path / "fleet.jsonl").values():
-        numbers = [each["number"] for each in lines if each["line"] == "window"]
-        assert numbers == [*range(12, 12 + 23)]
-
-
-def test_patterns_choose_detectors_and_a_machine_without_one_is_said(fleet, tmp_path):
+def test_patterns_choose_detectors_and_with_a_new_one_a_machine_goes_on_counting(fleet, tmp_path):
     (tmp_path / "fine.json").write_text(detector_text(made_detector(every=0.5)))
-    write_fleet(
-        tmp_path, "press/*.csv", detectors={"m0": "fine.json", "m[1]": "detector.json"}, most_machines=2
-    )
-    said = []
-    monitor_fleet(fleet, follow=False, on_line=said.append)
-    counts = {name: n_window({name: lines}) for name, lines in logged(tmp_path / "fleet.jsonl").items()}
-    assert counts == {"m0": 23, "m1": 12}
-    (notice,) = [each for each in said if each.get("event") == "notice"]
-    assert "m2.csv" in notice["text"]
+    said, chosen = [], {"m0": "fine.json", "m[1]": "detector.json"}
+    for detectors in (chosen, "fine.json"):
+        write_fleet(tmp_path, "press/*.csv", detectors=detectors, most_machines=2)
+        monitor_fleet(fleet, follow=False, on_line=said.append)
+        numbers = {
+            name: [each["number"] for each in lines if each["line"] == "window"]
+            for name, lines in logged(tmp_path / "fleet.jsonl").items()
+        }
+        assert numbers["m0"] == [*range(23)]
+        assert numbers["m1"] == [*range(12 if detectors == chosen else 12 + 23)]
+    notices = [each for each in said if each.get("event") == "notice"]
+    assert "m2.csv" in notices[0]["text"]
 
 
 def test_new_files_are_new_machines_while_it_runs(fleet, tmp_path, monkeypatch):
@@ -171,7 +169,8 @@ def test_new_files_are_new_machines_while_it_runs(fleet, tmp_path, monkeypatch):
     assert n_window({"late": logged(tmp_path / "fleet.jsonl")["late"]}) == 3
 
 
-def test_processes_share_the_machines_by_partitions(fleet, tmp_path):
+def test_processes_share_the_machines_by_partitions_and_refuse_the_state_of_another(fleet, tmp_path):
+    """It lacks machines that others had."""
     config = load_fleet_config(fleet)
     names = [f"press-{number}" for number in range(3000)]
     parts = [
@@ -183,27 +182,15 @@ def test_processes_share_the_machines_by_partitions(fleet, tmp_path):
     for k in (1, 2, 3):
         monitor_fleet(fleet, follow=False, partition=f"{k}/3", state=tmp_path / f"{k}.db")
     assert logged(tmp_path / "fleet.jsonl") == expected(MACHINES)
-
-
-def test_the_state_of_another_partition_is_refused_and_left_whole(fleet, tmp_path):
-    """It lacks machines that others had."""
-    path = tmp_path / "fleet.db"
-    monitor_fleet(fleet, follow=False, partition="1/3")
+    path = tmp_path / "1.db"
     content = path.read_bytes()
     for other in ("2/3", "1/2", None):
         with pytest.raises(StoreError, match="partition 1/3"):
-            monitor_fleet(fleet, follow=False, partition=other)
+            monitor_fleet(fleet, follow=False, state=path, partition=other)
     assert path.read_bytes() == content
-    monitor_fleet(fleet, follow=False, partition="1/3")
+    monitor_fleet(fleet, follow=False, state=path, partition="1/3")
     monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db")
     monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db", partition="1/1")
-
-
-def test_files_of_another_day_are_not_late(fleet, tmp_path):
-    write_csv(tmp_path / "press" / "m0.csv", later(MACHINES["m0"], 1.7e9))
-    said = []
-    monitor_fleet(fleet, follow=False, on_line=said.append)
-    assert "behind" not in {line.get("event") for line in said}
 
 
 def test_a_state_comes_back_with_the_same_bits(tmp_path):
@@ -226,26 +213,25 @@ def test_a_state_comes_back_with_the_same_bits(tmp_path):
         assert found.state[name].tobytes() == array.tobytes()
 
 
-@pytest.mark.parametrize("kind", ["text", "database", "version", "row", "cut"])
-def test_what_is_no_state_of_a_fleet_is_refused_and_left_whole(kind, fleet, tmp_path):
-    path = tmp_path / "fleet.db"
-    if kind == "text":
-        path.write_text("notes of mine, which are longer than the header of a database" * 20)
-    elif kind == "database":
+def executed(command):
+    def change(path):
         with sqlite3.connect(path) as database:
-            database.execute("create table mine (a)")
-    else:
+            database.execute(command)
+
+    return change
+
+
+@pytest.mark.parametrize(("is_state", "change"), [
+    (False, lambda path: path.write_text("notes of mine, longer than the header of a database" * 20)),
+    (False, executed("create table mine (a)")), (True, executed("pragma user_version = 3")),
+    (True, executed("update machine set state = substr(state, 2)")),
+    (True, lambda path: path.write_bytes(path.read_bytes()[:-4096])),
+], ids=["text", "database", "version", "row", "cut"])  # fmt: skip
+def test_what_is_no_state_of_a_fleet_is_refused_and_left_whole(is_state, change, fleet, tmp_path):
+    path = tmp_path / "fleet.db"
+    if is_state:
         monitor_fleet(fleet, follow=False)
-        if kind == "cut":
-            path.write_bytes(path.read_bytes()[:-4096])
-        else:
-            change = (
-                "pragma user_version = 3"
-                if kind == "version"
-                else "update machine set state = substr(state, 2)"
-            )
-            with sqlite3.connect(path) as database:
-                database.execute(change)
+    change(path)
     content = path.read_bytes()
     with pytest.raises(StoreError, match=r"fleet\.db"):
         monitor_fleet(fleet, follow=False)
@@ -340,3 +326,28 @@ def test_messages_read_at_once_give_the_samples_of_each(payloads):
 ])  # fmt: skip
 def test_a_wildcard_stands_for_the_name(source, place, name):
     assert Pattern.parse(source, Path("/x")).name_in(place) == name
+
+
+@given(st.data())
+def test_of_messages_that_come_again_exactly_those_in_the_state_are_left_out(data):
+    """However many were acknowledged, how often the process ended, and what the clock says."""
+    draw = lambda most: data.draw(st.integers(0, most))  # noqa: E731
+    times = data.draw(st.lists(st.integers(0, 3), min_size=1, max_size=30))
+    messages = [json.dumps({"time": time, "P1 [bar]": 1}).encode() for time in times]
+    read, position, n_stored, n_acknowledged, n_sent = [], {}, 0, 0, 0
+    while n_stored < len(messages):
+        source, client = TopicSource("t", MonitorConfig(), [P1]), object()
+        source.open(position)
+        del read[n_stored:]
+        for number in range(n_acknowledged, min(len(messages), n_stored + 1 + draw(9))):
+            source.take(number, client, Message("t", messages[number], number + 1, 1, number < n_sent))
+            n_sent = max(n_sent, number + 1)
+            if draw(1):
+                continue
+            chunk = source.read(0.0)
+            read += [] if chunk is None else chunk.time.tolist()
+            position, n_stored = source.position, max(n_stored, number + 1)
+            for _ in range(draw(number + 1 - n_acknowledged)):
+                source.acknowledged()
+                n_acknowledged += 1
+    assert read == times

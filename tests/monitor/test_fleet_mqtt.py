@@ -11,22 +11,16 @@ from contextlib import contextmanager
 from itertools import count, islice
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from paho.mqtt.client import Client
-from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.monitor import topics
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.mqtt import Message, payload_of
+from hydrofdi.monitor.mqtt import payload_of
 from hydrofdi.monitor.store import StateStore
-from hydrofdi.monitor.topics import TopicSource
 from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import COMMAND, wait_until
-from tests.monitor.brokers import needs_mosquitto
+from tests.monitor.brokers import client_at, needs_mosquitto
 from tests.monitor.fleets import (
     N_WINDOW,
     Life,
@@ -39,7 +33,9 @@ from tests.monitor.fleets import (
     n_window,
     write_fleet,
 )
-from tests.monitor.streams import P1, Killed, part
+from tests.monitor.streams import Killed, part
+
+pytestmark = needs_mosquitto
 
 MACHINES = made(5)
 BLOCKS = blocks_of(MACHINES)
@@ -50,23 +46,13 @@ def sender(broker):
     """A client that sends, all of it before it ends; each message has properties that nobody needs."""
     properties = Properties(PacketTypes.PUBLISH)
     properties.UserProperty = ("line", "3" * 200)
-    client = Client(CallbackAPIVersion.VERSION2, protocol=MQTTProtocolVersion.MQTTv5)
-    client.max_inflight_messages_set(1000)
-    client.max_queued_messages_set(0)
-    client.connect("127.0.0.1", broker.port)
-    client.loop_start()
-    sent = []
-
-    def publish(name, payload):
-        sent.append(client.publish(f"plant/{name}/samples", payload, 1, properties=properties))
-
-    try:
-        yield publish
+    with client_at(broker) as client:
+        sent = []
+        yield lambda name, payload: sent.append(
+            client.publish(f"plant/{name}/samples", payload, 1, properties=properties)
+        )
         for each in sent:
             each.wait_for_publish(30.0)
-    finally:
-        client.disconnect()
-        client.loop_stop()
 
 
 def send(broker, blocks):
@@ -89,7 +75,6 @@ def known(path, **options):
     life.end()
 
 
-@needs_mosquitto
 def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(
     broker, fleet, tmp_path, monkeypatch
 ):
@@ -141,21 +126,6 @@ def is_done(log):
     return n_window(logged(log)) == len(MACHINES) * N_WINDOW
 
 
-@needs_mosquitto
-def test_a_broker_that_starts_again_changes_no_window(broker, fleet, tmp_path):
-    log = tmp_path / "fleet.jsonl"
-    life = Life(fleet)
-    send(broker, BLOCKS[:200])
-    wait_until(lambda: n_window(logged(log)) >= 5)
-    broker.stop()
-    broker.start()
-    send(broker, BLOCKS[200:])
-    wait_until(lambda: is_done(log))
-    life.end()
-    assert logged(log) == expected(MACHINES, is_over=False)
-
-
-@needs_mosquitto
 def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, fleet, tmp_path, monkeypatch):
     """A machine that stops in the middle of a window holds up no others."""
     monkeypatch.setattr(topics, "MOST_KEPT", 40)
@@ -175,7 +145,6 @@ def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, fleet, tmp
     assert max(depths) <= 40
 
 
-@needs_mosquitto
 def test_when_no_message_comes_the_broker_keeps_none(broker, fleet, tmp_path):
     """Also if no window ends; after a restart the window continues."""
     log, blocks = tmp_path / "fleet.jsonl", blocks_of({"m0": MACHINES["m0"]})
@@ -191,9 +160,8 @@ def test_when_no_message_comes_the_broker_keeps_none(broker, fleet, tmp_path):
     assert logged(log) == expected({"m0": MACHINES["m0"]}, is_over=False)
 
 
-@needs_mosquitto
 def test_machines_come_and_go(broker, fleet, tmp_path):
-    """A silent one is released; it continues in the middle of its window."""
+    """A silent one is released; it continues in the middle of its window, on a broker that started again."""
     write_fleet(tmp_path, broker.address("plant/+/samples"), idle="1 s", most_machines=2)
     log = tmp_path / "fleet.jsonl"
     machine = {"m1": MACHINES["m1"]}
@@ -201,7 +169,11 @@ def test_machines_come_and_go(broker, fleet, tmp_path):
     life = Life(fleet)
     send(broker, blocks[:55])
     wait_until(lambda: any(line["machine"] and line.get("event") == "stopped" for line in life.lines))
-    send(broker, blocks[55:])
+    send(broker, blocks[55:60])
+    wait_until(lambda: n_window(logged(log)) == 6)
+    broker.stop()
+    broker.start()
+    send(broker, blocks[60:])
     wait_until(lambda: n_window(logged(log)) == N_WINDOW)
     life.end()
     assert logged(log) == expected(machine, is_over=False)
@@ -214,7 +186,6 @@ def own_files(folder, k):
     return {"partition": f"{k}/3", "state": folder / f"{k}.db", "log": folder / f"{k}.jsonl"}
 
 
-@needs_mosquitto
 def test_a_second_process_of_a_partition_is_refused_until_the_first_has_ended(broker, fleet, tmp_path):
     """Also if it has another state and log; the end of the first may be a kill."""
 
@@ -241,7 +212,6 @@ def test_a_second_process_of_a_partition_is_refused_until_the_first_has_ended(br
                 first.kill()
 
 
-@needs_mosquitto
 def test_a_fleet_that_falls_behind_says_so_with_the_age_of_the_samples(broker, fleet, tmp_path):
     """When it begins, when it has caught up, and at the end."""
 
@@ -271,7 +241,6 @@ def test_a_fleet_that_falls_behind_says_so_with_the_age_of_the_samples(broker, f
     assert len(ages(life, is_end=True)) == 2
 
 
-@needs_mosquitto
 @pytest.mark.long
 def test_sigkill_fifty_times_changes_no_window_of_three_processes(broker, fleet, tmp_path):
     """Twenty machines in three processes, one of which is killed at a random moment, again and again."""
@@ -308,28 +277,3 @@ def test_sigkill_fifty_times_changes_no_window_of_three_processes(broker, fleet,
             life.kill()
     found = {name: lines for log in logs for name, lines in logged(log).items()}
     assert found == expected(machines, is_over=False)
-
-
-@given(st.data())
-def test_of_messages_that_come_again_exactly_those_in_the_state_are_left_out(data):
-    """However many were acknowledged, how often the process ended, and what the clock says."""
-    draw = lambda most: data.draw(st.integers(0, most))  # noqa: E731
-    times = data.draw(st.lists(st.integers(0, 3), min_size=1, max_size=30))
-    messages = [json.dumps({"time": time, "P1 [bar]": 1}).encode() for time in times]
-    read, position, n_stored, n_acknowledged, n_sent = [], {}, 0, 0, 0
-    while n_stored < len(messages):
-        source, client = TopicSource("t", MonitorConfig(), [P1]), object()
-        source.open(position)
-        del read[n_stored:]
-        for number in range(n_acknowledged, min(len(messages), n_stored + 1 + draw(9))):
-            source.take(number, client, Message("t", messages[number], number + 1, 1, number < n_sent))
-            n_sent = max(n_sent, number + 1)
-            if draw(1):
-                continue
-            chunk = source.read(0.0)
-            read += [] if chunk is None else chunk.time.tolist()
-            position, n_stored = source.position, max(n_stored, number + 1)
-            for _ in range(draw(number + 1 - n_acknowledged)):
-                source.acknowledged()
-                n_acknowledged += 1
-    assert read == times

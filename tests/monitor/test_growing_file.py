@@ -4,6 +4,7 @@ import json
 import os
 import tempfile
 import threading
+from contextlib import contextmanager
 from pathlib import Path
 from time import sleep
 
@@ -39,7 +40,6 @@ class Follower:
         self.start(position)
 
     def read(self):
-        """Read until nothing comes."""
         while True:
             before = self.source.position
             reading = reading_of(self.source, 0.0)
@@ -61,6 +61,15 @@ def append(path, text):
 @pytest.fixture
 def log(tmp_path):
     return tmp_path / "press.csv"
+
+
+@pytest.fixture
+def follower(log):
+    """It has read the first of the samples of a file."""
+    append(log, HEADER + "1,10\n")
+    follower = Follower(log)
+    follower.read()
+    return follower
 
 
 def test_a_file_that_is_not_there_yet_is_waited_for_and_the_end_is_the_end_where_nobody_follows(log):
@@ -106,10 +115,7 @@ def test_an_unended_last_line_is_left_for_the_next_run(log):
     source.close()
 
 
-def test_a_renamed_file_is_read_to_its_end_before_the_new_one(log):
-    append(log, HEADER + "1,10\n")
-    follower = Follower(log)
-    follower.read()
+def test_a_renamed_file_is_read_to_its_end_before_the_new_one(log, follower):
     log.rename(log.with_suffix(".csv.1"))
     append(log.with_suffix(".csv.1"), "2,20\n")
     log.touch()
@@ -120,7 +126,7 @@ def test_a_renamed_file_is_read_to_its_end_before_the_new_one(log):
     assert follower.times == [1.0, 2.0, 3.0, 4.0]
 
 
-def test_what_is_written_between_the_last_look_and_the_renaming_is_not_lost(log, monkeypatch):
+def test_what_is_written_between_the_last_look_and_the_renaming_is_not_lost(log, follower, monkeypatch):
     is_replaced, late = GrowingFile._is_replaced, ["2,20\n"]
 
     def written_just_before(source, file):
@@ -130,18 +136,13 @@ def test_what_is_written_between_the_last_look_and_the_renaming_is_not_lost(log,
             append(log, HEADER + "3,30\n")
         return is_replaced(source, file)
 
-    append(log, HEADER + "1,10\n")
     monkeypatch.setattr(GrowingFile, "_is_replaced", written_just_before)
-    follower = Follower(log)
     follower.read()
     assert follower.times == [1.0, 2.0, 3.0]
 
 
-def test_files_that_were_renamed_in_the_meantime_are_read_in_their_order(log):
+def test_files_that_were_renamed_in_the_meantime_are_read_in_their_order(log, follower):
     """Whatever their names say of their order."""
-    append(log, HEADER + "1,10\n")
-    follower = Follower(log)
-    follower.read()
     for number, time in enumerate([2, 3, 4]):
         append(log, f"{time},0\n")
         os.utime(log, (1e9 + time, 1e9 + time))
@@ -155,9 +156,8 @@ def test_files_that_were_renamed_in_the_meantime_are_read_in_their_order(log):
 
 
 @pytest.mark.parametrize("later", ["3,30\n", "3,30\n4,40\n5,50\n6,60\n"], ids=["shorter", "longer"])
-def test_a_file_that_was_cut_is_read_from_its_beginning(later, log):
-    append(log, HEADER + "1,10\n2,20\n2.5,")
-    follower = Follower(log)
+def test_a_file_that_was_cut_is_read_from_its_beginning(later, log, follower):
+    append(log, "2,20\n2.5,")
     follower.read()
     log.write_text(HEADER + later, encoding="utf-8")
     follower.read()
@@ -167,22 +167,16 @@ def test_a_file_that_was_cut_is_read_from_its_beginning(later, log):
     assert follower.kinds == [EventKind.CONNECTED]
 
 
-def test_a_hole_that_a_writer_leaves_is_no_new_beginning(log):
-    append(log, HEADER + "1,10\n2,20\n")
-    follower = Follower(log)
-    follower.read()
+def test_a_hole_that_a_writer_leaves_is_no_new_beginning(log, follower):
     with open(log, "r+b") as file:
         file.truncate(0)
         file.seek(follower.source.position["offset"])
         file.write(b"3,30\n")
     follower.read()
-    assert follower.times == [1.0, 2.0, 3.0]
+    assert follower.times == [1.0, 3.0]
 
 
-def test_another_file_with_the_same_inode_is_not_taken_for_the_old_one(log):
-    append(log, "# first\n" + HEADER + "1,10\n")
-    follower = Follower(log)
-    follower.read()
+def test_another_file_with_the_same_inode_is_not_taken_for_the_old_one(log, follower):
     log.write_text("# later\n" + HEADER + "5,50\n6,60\n", encoding="utf-8")
     follower.restart()
     follower.read()
@@ -264,6 +258,21 @@ def opened(file, position=(), **options):
     return source
 
 
+@contextmanager
+def writing(writer, *pieces):
+
+    def write():
+        for piece in pieces:
+            writer.write(piece)
+            sleep(0.001)
+        writer.close()
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    yield
+    thread.join()
+
+
 def test_the_end_of_input_ends_the_stream_with_its_last_line(pipe):
     reader, writer = pipe
     source = opened(reader)
@@ -281,18 +290,11 @@ def test_the_end_of_input_ends_the_stream_with_its_last_line(pipe):
 def test_a_writer_that_is_faster_waits(pipe):
     reader, writer = pipe
     rows = b"time [s],P1 [Pa]\n" + b"".join(b"%d,1\n" % n for n in range(100_000))
-
-    def write():
-        writer.write(rows)
-        writer.close()
-
-    thread = threading.Thread(target=write)
-    thread.start()
     source, n_time = opened(reader), 0
-    while not source.is_over:
-        chunk = reading_of(source, 1.0).chunk
-        n_time += chunk.n_time if chunk else 0
-    thread.join()
+    with writing(writer, rows):
+        while not source.is_over:
+            chunk = reading_of(source, 1.0).chunk
+            n_time += chunk.n_time if chunk else 0
     assert n_time == 100_000
 
 
@@ -300,18 +302,8 @@ def test_small_pieces_are_read_together(pipe, monkeypatch):
     monkeypatch.setattr(growing_file, "GATHER", 60.0)
     reader, writer = pipe
     source = opened(reader)
-
-    def write():
-        for n in range(20):
-            writer.write(b'{"time": %d, "P1 [Pa]": 2}\n' % n)
-            writer.flush()
-            sleep(0.001)
-        writer.close()
-
-    thread = threading.Thread(target=write)
-    thread.start()
-    assert reading_of(source, 60.0).chunk.n_time == 20
-    thread.join()
+    with writing(writer, *(b'{"time": %d, "P1 [Pa]": 2}\n' % n for n in range(20))):
+        assert reading_of(source, 60.0).chunk.n_time == 20
 
 
 def test_counted_samples_go_on_behind_a_gap_after_a_restart(pipe):

@@ -4,17 +4,13 @@ import json
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 import pytest
-from paho.mqtt.client import Client
-from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
-from paho.mqtt.packettypes import PacketTypes
-from paho.mqtt.properties import Properties
 
 from hydrofdi.detectors.trained.lines import Condition, WindowLine, line_record
 from hydrofdi.detectors.trained.verdicts import Verdict
@@ -29,8 +25,7 @@ from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND, wait_until
 from tests.commands import run as run_command
-from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
-from tests.monitor.machines import make_machine
+from tests.monitor.brokers import SECRET, Broker, client_at, needs_mosquitto, running
 from tests.monitor.streams import reading_of
 
 DETECTOR = Path("detector.json")
@@ -90,26 +85,8 @@ def publisher_at(address, config=None):
     return Publisher(Address.parse(address), config or MqttConfig(), 1000, first_wait=SOON)
 
 
-def client_at(broker, client_id=""):
-    """A client of its own, connected; with a name, the broker keeps what it misses."""
-    client = Client(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
-    wishes = Properties(PacketTypes.CONNECT)
-    wishes.SessionExpiryInterval = 600 if client_id else 0
-    client.connect("127.0.0.1", broker.port, clean_start=not client_id, properties=wishes)
-    client.loop_start()
-    wait_until(client.is_connected)
-    return client
-
-
-def published(client, topic, payload, qos=1, retain=False):
-    info = client.publish(topic, payload, qos, retain)
-    info.wait_for_publish(30.0)
-    assert info.is_published()
-
-
 @contextmanager
 def killed(command, **options):
-    """A process that is killed at the end."""
     with subprocess.Popen(command, **options) as process:
         try:
             yield process
@@ -118,7 +95,6 @@ def killed(command, **options):
 
 
 def until(source, condition, *, confirms=True, timeout=30.0):
-    """All readings until a condition on them holds."""
     readings, end = [], time.monotonic() + timeout
     while not condition(readings):
         assert time.monotonic() < end, readings
@@ -133,12 +109,10 @@ def events(readings, kind=None):
 
 
 def unread(readings):
-    """Why messages could not be read."""
     return [text for each in readings if each.chunk for text in each.chunk.unread.values()]
 
 
 def connected(source):
-    """Wait for the connection."""
     return until(source, lambda readings: events(readings, EventKind.CONNECTED))
 
 
@@ -147,7 +121,6 @@ def times(readings):
 
 
 def through(*blocks):
-    """Whether the last sample of the last block is there."""
     return lambda readings: blocks[-1].time[-1] in times(readings)
 
 
@@ -163,8 +136,6 @@ def sent(publisher, blocks):
 
 
 pytestmark = needs_mosquitto
-
-TOPIC = "press/samples"
 
 
 def all_times(blocks):
@@ -212,11 +183,17 @@ def test_a_slow_monitor_holds_the_network_up_and_loses_nothing(broker, closing, 
 
 
 @pytest.mark.parametrize("confirms", [True, False])
-def test_a_broker_that_starts_again_loses_nothing(broker, closing, confirms):
+def test_a_broker_that_is_absent_is_waited_for_and_one_that_starts_again_loses_nothing(
+    broker, closing, confirms
+):
     """Unconfirmed messages are sent again by the broker; the source knows them."""
     blocks = blocks_of(40)
+    broker.stop()
     source = closing(source_at(broker.address()))
-    connected(source)
+    (said,) = events([reading_of(source, 0.1) for _ in range(10)])
+    assert said.kind == "disconnected"
+    broker.start()
+    assert [event.kind for event in events(connected(source))] == ["connected"]
     publisher = closing(publisher_at(broker.address()))
     sent(publisher, blocks[:10])
     before = until(source, through(*blocks[:10]), confirms=confirms)
@@ -260,48 +237,33 @@ def test_messages_that_wait_while_the_connection_breaks_come_once(broker, closin
     connected(source)
     sent(closing(publisher_at(broker.address())), blocks)
     wait_until(lambda: len(source.inbox._items) == 15)
-    intruder = client_at(broker, source.client_id)
-    wait_until(lambda: "taken over" in broker.log or "already connected" in broker.log)
-    intruder.disconnect()
-    intruder.loop_stop()
+    with client_at(broker, source.client_id):
+        wait_until(lambda: "taken over" in broker.log or "already connected" in broker.log)
     readings = until(source, lambda readings: len(events(readings, EventKind.CONNECTED)) == 1)
-    np.testing.assert_array_equal(times(readings), np.concatenate([block.time for block in blocks]))
-
-
-def test_a_broker_that_is_absent_is_waited_for_and_said_once(tmp_path, closing):
-    broker = Broker(tmp_path)
-    source = closing(source_at(broker.address()))
-    try:
-        absent = [reading_of(source, 0.1) for _ in range(10)]
-        broker.start()
-        present = connected(source)
-    finally:
-        broker.stop()
-    (said,) = events(absent)
-    assert said.kind == "disconnected"
-    assert [event.kind for event in events(present)] == ["connected"]
+    np.testing.assert_array_equal(times(readings), all_times(blocks))
 
 
 def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing):
-    (block,) = blocks_of(1)
-    client = client_at(broker)
-    published(client, TOPIC, payload_of(blocks_of(3)[2]), retain=True)  # of long ago: it is not read
-    source = source_at(broker.address(), largest=10_000)
-    connected(source)
-    for payload in (b"no JSON", b"", b"\xff\x00", b'{"time": 1}', b"7" * 20_000, payload_of(block)):
-        published(client, TOPIC, payload)
-    readings = until(source, through(block))
-    source.confirm()
-    np.testing.assert_array_equal(times(readings)[np.isfinite(times(readings))], block.time)
-    assert len(unread(readings)) == 5
-    source.close()
-    wait_until(lambda: f"{source.client_id} disconnected" in broker.log)
-    again = closing(source_at(broker.address(), largest=10_000))
-    published(client, TOPIC, payload_of(blocks_of(2)[1]))
-    readings = until(again, through(blocks_of(2)[1]))
-    assert not unread(readings)
-    client.disconnect()
-    client.loop_stop()
+    block, later, old = blocks_of(3)
+    with client_at(broker) as client:
+
+        def published(payload, retain=False):
+            client.publish("press/samples", payload, 1, retain).wait_for_publish(30.0)
+
+        published(payload_of(old), retain=True)  # of long ago: it is not read
+        source = source_at(broker.address(), largest=10_000)
+        connected(source)
+        for payload in (b"no JSON", b"", b"\xff\x00", b'{"time": 1}', b"7" * 20_000, payload_of(block)):
+            published(payload)
+        readings = until(source, through(block))
+        source.confirm()
+        np.testing.assert_array_equal(times(readings)[np.isfinite(times(readings))], block.time)
+        assert len(unread(readings)) == 5
+        source.close()
+        wait_until(lambda: f"{source.client_id} disconnected" in broker.log)
+        again = closing(source_at(broker.address(), largest=10_000))
+        published(payload_of(later))
+        assert not unread(until(again, through(later)))
 
 
 TOPIC_LINES = "press/lines"
@@ -313,19 +275,16 @@ class Listener:
     """What is published under a topic, retained messages included."""
 
     def __init__(self, broker, topic=f"{TOPIC_LINES}/#", client_id=""):
-        self.messages = []
-        self._client = client_at(broker, client_id)
-        self._client.on_message = lambda _, __, message: self.messages.append(message)
-        self._client.on_subscribe = lambda *_: self.messages.append(None)
-        self._client.subscribe(topic, qos=1)
+        self.messages, self._stack = [], ExitStack()
+        client = self._stack.enter_context(client_at(broker, client_id))
+        client.on_message = lambda _, __, message: self.messages.append(message)
+        client.on_subscribe = lambda *_: self.messages.append(None)
+        client.subscribe(topic, qos=1)
         wait_until(lambda: None in self.messages)
+        self.close = self._stack.close
 
     def payloads(self, topic=TOPIC_LINES):
         return [each.payload for each in self.messages if each and each.topic == topic]
-
-    def close(self):
-        self._client.disconnect()
-        self._client.loop_stop()
 
 
 def sink_at(broker, with_windows=False, **options):
@@ -363,8 +322,8 @@ def test_events_are_sent_and_windows_on_request(broker, closing):
         assert records[-1]["text"] == ALARM.text
 
 
-def test_lines_wait_for_a_broker_that_is_away_and_those_too_many_are_counted(tmp_path, closing):
-    broker = Broker(tmp_path)
+def test_lines_wait_for_a_broker_that_is_away_and_those_too_many_are_counted(broker, closing):
+    broker.stop()
     sink = closing(sink_at(broker, capacity=50))
     events = [replace(ALARM, time=float(number)) for number in range(80)]
     said = [line for event in events for line in said_by(sink, [event])]
@@ -372,16 +331,10 @@ def test_lines_wait_for_a_broker_that_is_away_and_those_too_many_are_counted(tmp
     assert sum(line.count for line in dropped) == 30
     assert [line.is_silent for line in dropped] == [False] + [True] * 29
     broker.start()
-    try:
-        listener = closing(Listener(broker))
-        lines_until(sink, EventKind.CONNECTED)
+    lines_until(sink, EventKind.CONNECTED)
+    for sent_now in ([], [ALARM]):
+        assert not [line for line in said_by(sink, sent_now) if line.kind is EventKind.DROPPED]
         assert sink.wait_until(0, 30.0)
-        assert not [line for line in said_by(sink, [ALARM]) if line.kind is EventKind.DROPPED]
-        assert sink.wait_until(0, 30.0)
-    finally:
-        sink.close()
-        listener.close()
-        broker.stop()
 
 
 def test_lines_come_in_order_over_a_broker_that_starts_again(broker, closing):
@@ -439,8 +392,10 @@ def windows(log):
 
 
 @pytest.mark.long
-def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(guarded, tmp_path, monkeypatch):
-    machine, folder = make_machine(tmp_path), tmp_path / "life"
+def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(
+    machine, guarded, tmp_path, monkeypatch
+):
+    folder = tmp_path / "life"
     folder.mkdir()
     run_command(
         "monitor", machine.detector, machine.stream, "--no-follow", "--log", tmp_path / "expected", check=0

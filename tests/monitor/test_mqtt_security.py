@@ -60,7 +60,6 @@ def authority_in(folder, name="ca"):
 
 
 def signed(authority, name, address="127.0.0.1"):
-    """An identity of a machine with this address."""
     host = x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address(address))])
     return identity(authority.certificate.parent, name, host, issuer=authority)
 
@@ -76,7 +75,6 @@ def authority(tmp_path):
 
 @pytest.fixture
 def encrypted(tmp_path, authority):
-    """A broker with a certificate."""
     lines = encrypted_by(signed(authority, "broker"))
     yield from running(Broker(tmp_path, f"cafile {authority.certificate}", *lines))
 
@@ -93,7 +91,6 @@ def secure(broker, topic="press/samples"):
 
 
 def reason(closing, address, config):
-    """Why there is no connection."""
     source = closing(source_at(address, config))
     readings = until(source, lambda readings: events(readings, EventKind.DISCONNECTED))
     return events(readings, EventKind.DISCONNECTED)[0].text

@@ -115,17 +115,16 @@ def test_noise_neither_ends_a_stream_nor_depends_on_its_pieces(good, noise, cuts
     assert whole[0].time[-1] == 1.0
 
 
-def test_a_line_without_end_is_left_out_with_bounded_memory():
-    lines = reader()
-    lines.read(b"time [s],P1 [Pa]\n1,2\n")
-    counts = []
-    for _ in range(40):
-        chunk = lines.read(b"9" * 100_000)
-        counts += [] if chunk is None else chunk.unread.values()
-        assert lines.n_unfinished <= 1 << 20
-    chunk = lines.read(b",1\n2,3\n")
-    assert samples(chunk) == {"time": [2.0], "P1": [3.0]}
-    assert counts
+@pytest.mark.parametrize(("n_byte", "largest"), [(3_000, 1024), (30_000, 1024), (4_000_000, 1 << 20)])
+def test_a_line_of_any_length_is_one_loss_with_bounded_memory(n_byte, largest):
+    lines = reader(sampling_frequency=10, largest=largest)
+    found = [lines.read(b"P1 [Pa]\n1\n")]
+    for _ in range(0, n_byte, size := max(700, n_byte // 40)):
+        found.append(lines.read(b"9" * size))
+        assert lines.n_unfinished <= largest
+    chunk = joined([each for each in (*found, lines.read(b"\n3\n")) if each is not None])
+    assert samples(chunk.readable) == {"time": [0.0, 0.2], "P1": [1.0, 3.0]}
+    assert len(chunk.unread) == 1
 
 
 @pytest.mark.parametrize(
@@ -153,19 +152,8 @@ def test_samples_without_time_are_counted_and_lost_lines_leave_a_gap():
     with pytest.raises(PayloadError):
         read(b'{"P1 [bar]": [1, "x"]}', clock)
     assert read(b'{"P1 [bar]": 3}', clock).time.tolist() == [0.2]
-    long = b"P1 [Pa]\n1\n" + b"2" * 2000 + b"\n3\n"
-    chunk, _ = read_in_pieces(reader(sampling_frequency=10, largest=1024), long)
-    assert samples(chunk) == {"time": [0.0, 0.2], "P1": [1.0, 3.0]}
     chunk, _ = read_in_pieces(reader(sampling_frequency=10), b"P1 [Pa]\tu [V]\n\t\n1\t2\n\t\n3\t4\n")
     assert samples(chunk)["P1"] == [None, 1.0, None, 3.0], "delimiters alone are a row of empty cells"
-
-
-@pytest.mark.parametrize("n_kilobyte", [3, 30])
-def test_a_line_of_any_length_is_one_loss(n_kilobyte):
-    data = b"P1 [Pa]\n1\n" + b"9" * 1024 * n_kilobyte + b"\n3\n"
-    lines = reader(sampling_frequency=10, largest=1024)
-    chunk, _ = read_in_pieces(lines, data, range(500, len(data), 700))
-    assert samples(chunk) == {"time": [0.0, 0.2], "P1": [1.0, 3.0]}
 
 
 def test_a_stream_gives_the_samples_of_a_file(tmp_path):

@@ -1,6 +1,5 @@
 """What a watch says does not depend on chunks and restarts; it says things once, and counts them."""
 
-from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -8,15 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-import hydrofdi
-from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.config import load_experiment
-from hydrofdi.detectors.rules import make_chart
-from hydrofdi.detectors.run_lengths import delays
-from hydrofdi.detectors.trained.configuration import DetectorConfig, TimedChart, WindowConfig
 from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.lines import Condition, WindowLine, line_record
-from hydrofdi.indicators import make_indicators
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.detectors.trained.made import detector, window
@@ -194,48 +186,3 @@ def test_novel_windows_whose_score_comes_to_lie_beyond_the_limit_are_said_anew()
     assert ["beyond its limit" in event.text for event in begun] == [False, True]
     assert [event.count for event in said if event.is_end] == [10, 20]
     assert total(lines, EventKind.NOVEL) == 30
-
-
-ONSET = 7.0
-OPTIONS = {"spool": "command", "supply": "sum", "transient": "4 s"}
-STUDY = """
-name: few-machines
-extends: [populations/working-machine.yaml, motions/closed-loop.yaml]
-record: {duration: 10 s}
-leakage: {onset: step, onset_time: 7 s}
-baseline: {leakage.onset: constant}
-study:
-  population: {seed: 41}
-  healthy: {fit: 60, test: 1}
-  faults: {leakage.internal_flow: [0.05 L/min, 0.5 L/min], each: 8, fit: 0, severity: level}
-"""
-
-
-def test_the_delay_after_an_onset_is_that_of_the_study(tmp_path):
-    (tmp_path / "study.yaml").write_text(STUDY)
-    chart = TimedChart(chart="cusum", options={"shift": 4}, false_alarm_every=300.0)
-    config = DetectorConfig(
-        indicator="weak_rls", options=OPTIONS, window=WindowConfig(by="estimate"), chart=chart
-    )
-    stated = config.model_dump(mode="json", exclude_unset=True)
-    file = hydrofdi.train(tmp_path / "study.yaml", config=stated).file
-    source = SimulatedRecords(load_experiment(tmp_path / "study.yaml"), "study", only=range(61, 77))
-    (indicator,), watch = make_indicators({"weak_rls": OPTIONS}).values(), Detector(file)
-    compared = Counter()
-    for records in source.batches(labels=True):
-        for row, label in enumerate(records.labels):
-            trace = indicator.trace(records.rows([row])).since(4.0)
-            scores = (trace.values["leakage"] - file.healthy.centre) / file.healthy.spread
-            chart = make_chart("cusum", {"shift": 4, "direction": "rising"})
-            expected = delays(chart, file.chart.limit, scores, trace.time, ONSET).values[0]
-            samples = {channel: records[channel][row] for channel in file.channels}
-            lines = windows(lines_of(watch, divided(Chunk(records.time, samples), [165])))
-            alarms = [line.end for line in lines if line.chart is not None and line.chart.alarm]
-            first = next((end - ONSET for end in alarms if end >= ONSET), np.inf)
-            if all(
-                line.verdict.fault is None for line in lines
-            ):  # a window that is not judged is not counted
-                assert first == pytest.approx(expected, abs=1e-9)
-                compared[label] += 1
-    assert min(compared.values()) >= 6
-    assert len(compared) == 2

@@ -41,13 +41,6 @@ def test_margins_over_phases_are_those_of_sweeps_at_each_phase(table3, record, t
         assert spread["least"] <= margins[claim["id"]] <= spread["largest"]
 
 
-def test_both_of_two_deltas_may_move_by_half_of_their_difference(paper_analysis):
-    (first,) = [result for result in paper_analysis.claims if result.claim.id == "C1"]
-    assert first.allowance == pytest.approx(0.5 * first.margin)
-    (fifth,) = [result for result in paper_analysis.claims if result.claim.id == "C5"]
-    assert fifth.allowance == fifth.margin, "no difference: each δ against zero"
-
-
 def test_a_phase_that_breaks_a_claim_is_counted(made_up):
     rms = made_up.columns[names.DETAIL_RMS]
     phases = np.repeat(rms[:, None], 32, axis=1)
@@ -141,7 +134,6 @@ def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
     raised = table.of(table.is_sealed & (table[names.BULK_MODULUS] > 551e6))
     assert {*analysis.sealed.positions} == {*raised.positions}
     assert len(raised) > 100
-    assert len(analysis.leaky) == 200
     delta = analysis.sealed.changes("fixed")
     assert alarm_verdicts(delta) == [d[2] > 0.0 and d[2] == max(d) for d in delta]
 

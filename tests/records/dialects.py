@@ -26,7 +26,6 @@ def cells(row, decimal=".", form="{:.6f}"):
 
 
 def lines(head, sep=",", decimal=".", quote="", rows=ROWS, form="{:.6f}"):
-    """Lines of a head, and rows of numbers."""
     body = [sep.join(f"{quote}{cell}{quote}" for cell in cells(row, decimal, form)) for row in rows]
     return "\n".join([*head, *body]) + "\n"
 
@@ -91,7 +90,6 @@ def thousands(sign, decimal, sep):
 
 
 def of_time(title, form):
-    """A column of time in any form."""
     return "\n".join([
         f"{title},P1 [bar],P2 [bar]",
         *(f"{form(n)},{row[1]:.6f},{row[2]:.6f}" for n, row in enumerate(ROWS)),
@@ -163,7 +161,6 @@ ENCODINGS = {"french.csv": "cp1252", "minus.csv": "utf-16"}
 
 
 def content(name):
-    """Bytes of a file."""
     return TEXTS[name].encode(ENCODINGS.get(name, "utf-8"))
 
 

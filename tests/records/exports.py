@@ -52,7 +52,6 @@ SITUATIONS = {
 
 
 def outcome(reading, file):
-    """What becomes of a file."""
     try:
         (batch,) = reading(file).batches()
     except HydrofdiError:
@@ -68,7 +67,6 @@ def proposed(file):
 
 
 def table():
-    """A row for each situation, as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["export", "without a description", "with the proposed one"])

@@ -39,12 +39,10 @@ def described(folder, description=USUAL, **texts):
 
 
 def batches(folder, description=USUAL, **texts):
-    """All batches of files that are described."""
     return list(measured_source(described(folder, description, **texts)).batches(labels=True))
 
 
 def one(folder, description=USUAL, **texts):
-    """The only batch."""
     (batch,) = batches(folder, description, **texts)
     return batch
 
@@ -56,18 +54,15 @@ def plain(folder, text, sampling_frequency=None):
 
 
 def read(source):
-    """The only batch of a source."""
     (batch,) = source.batches()
     return batch
 
 
 def kinds(batch, row=0):
-    """Kinds of the remarks on a record."""
     return {remark.kind for remark in batch.remarks[row]}
 
 
 def csv_of(*columns, sign=","):
-    """A CSV of named columns."""
     rows = np.column_stack([np.asarray(values, dtype=float) for _, values in columns])
     lines = [sign.join(name for name, _ in columns)]
     return "\n".join(lines + [sign.join(map(repr, row)) for row in rows.tolist()]) + "\n"

@@ -121,12 +121,6 @@ def test_channels_beyond_the_usual_sizes_are_remarked(signals, expected):
     assert ("unusual" in hydrofdi.inspect(samples, sampling_frequency="1 kHz").remarks) == bool(expected)
 
 
-def test_normalized_pressures_are_judged_before_their_division(tmp_path):
-    text = csv_of(("P1", 80 + SAMPLES), ("PS", 200 + SAMPLES))
-    divided = yaml_of("P1: {column: P1, unit: bar}, Ps: {column: PS, unit: bar}", "normalize: supply")
-    assert kinds(one(tmp_path, divided, run_csv=text)) == {"normalized"}
-
-
 RIG = yaml_of(columns(P1="Pa", P2="Pa", x="m", u="V"), sampling="sampling_frequency: 500 Hz")
 
 
@@ -162,9 +156,7 @@ RATE = 500.0
 @pytest.fixture(scope="module")
 def pressure():
     """A noise-free record whose hydraulic mode is at 59.6 Hz."""
-    run = hydrofdi.simulate(duration="2 s")
-    (batch,) = run.record_source([Channel.CHAMBER_1_PRESSURE]).batches()
-    return batch.channels[Channel.CHAMBER_1_PRESSURE][0]
+    return np.ravel(hydrofdi.simulate(duration="2 s").P1)
 
 
 def _hum(pressure, mains):

@@ -25,7 +25,6 @@ USUAL = "sampling_frequency: 1 kHz\nchannels: {chamber_1_pressure: {column: P1, 
 
 @contextlib.contextmanager
 def folder_with(files):
-    """A fresh folder for each example."""
     with tempfile.TemporaryDirectory() as name:
         for file, content in files.items():
             (Path(name) / file).write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -145,7 +144,6 @@ def test_what_is_read_of_any_cells_is_what_they_say(rows, sign, header, decimal)
 
 
 def sound(kind):
-    """A sound file of a kind, as bytes."""
     target, values = io.BytesIO(), np.arange(64.0)
     if kind == "h5":
         with h5py.File(target, "w") as file:

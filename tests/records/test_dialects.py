@@ -12,7 +12,7 @@ from hydrofdi.records.source import measured_source, plain_source, write_descrip
 from tests.conftest import REPOSITORY
 from tests.records.dialects import RATE, ROWS, TEXTS, TIME, TITLES, WITHOUT_UNITS, content, lines
 from tests.records.exports import table
-from tests.records.measuring import P1, P2, POSITION, read
+from tests.records.measuring import P1, P2, POSITION, one, read, yaml_of
 
 PLAIN = {"plain.csv", "sep_point.csv", "exponents.csv", "underscores.csv", "units_row.csv", "groups.csv",
          "time_of_day.csv", "date_and_time.csv", "basic.csv"}  # fmt: skip
@@ -35,13 +35,13 @@ def written(folder, name, text=None):
 
 
 def require_right(batch, name):
-    factor = 1e5
     assert batch.sampling_frequency == pytest.approx(RATE, rel=1e-6)
     n_time = batch.n_time
     assert n_time >= 0.98 * TIME.size
-    np.testing.assert_allclose(batch[P1][0][: TIME.size], ROWS[:n_time, 1] * factor, rtol=2e-9)
-    if P2 in batch.channels:
-        np.testing.assert_allclose(batch[P2][0][: TIME.size], ROWS[:n_time, 2] * factor, rtol=2e-9)
+    for channel, column in ((P1, 1), (P2, 2)):
+        if channel is P1 or P2 in batch.channels:
+            expected = ROWS[:n_time, column] * 1e5
+            np.testing.assert_allclose(batch[channel][0][: TIME.size], expected, rtol=2e-9)
     if POSITION in batch.channels and "groups" not in name:
         np.testing.assert_allclose(batch[POSITION][0][: TIME.size], ROWS[:n_time, 3] * 1e-3, atol=1e-12)
     allowed = {"missing"} if name == "missing.csv" else set()
@@ -49,26 +49,20 @@ def require_right(batch, name):
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_what_is_proposed_reads_the_file_as_it_stands(tmp_path, name):
-    description = proposal(written(tmp_path, name))
-    assert "…" not in description.read_text(encoding="utf-8")
-    require_right(read(measured_source(description)), name)
-
-
-@pytest.mark.parametrize("name", TEXTS)
-def test_a_file_without_a_description_is_read_right_or_refused(tmp_path, name):
+def test_a_file_is_read_right_or_refused_and_what_is_proposed_reads_it_as_it_stands(tmp_path, name):
+    file = written(tmp_path, name)
     try:
-        batch = read(plain_source(written(tmp_path, name)))
+        batch = read(plain_source(file))
     except HydrofdiError:
         assert name not in PLAIN
     else:
         require_right(batch, name)
         assert name in PLAIN
-
-
-def test_slow_groups_are_interpolated_and_remarked(tmp_path):
-    for name in ("groups.csv", "twincat_groups.csv"):
-        batch = read(measured_source(proposal(written(tmp_path, name))))
+    description = proposal(file)
+    assert "…" not in description.read_text(encoding="utf-8")
+    batch = read(measured_source(description))
+    require_right(batch, name)
+    if "groups" in name:  # slow ones are interpolated and remarked
         (remark, *_) = (each for each in batch.remarks[0] if each.where == POSITION)
         assert (remark.kind, "100 Hz" in remark.message) == ("held", True)
         np.testing.assert_allclose(batch[POSITION][0][::5], ROWS[: batch.n_time : 5, 3] * 1e-3, atol=1e-12)
@@ -76,25 +70,16 @@ def test_slow_groups_are_interpolated_and_remarked(tmp_path):
 
 def test_dates_may_have_a_stated_format(tmp_path):
     text = "time,P1 [bar]\n" + "".join(f"05/06/2026 01:00:0{n}.5 PM,{n}\n" for n in range(9))
-    (tmp_path / "run.csv").write_text(text, encoding="utf-8")
     form = "time: {column: time, format: '%d/%m/%Y %I:%M:%S.%f %p'}"
-    description = tmp_path / "rig.yaml"
-    description.write_text(f"files: run.csv\n{form}\nchannels: {{P1: 'P1 [bar]'}}\n", encoding="utf-8")
-    batch = read(measured_source(description))
-    assert batch.sampling_frequency == 1.0
-    assert batch.dates == (1_780_664_400.5,)
+    batch = one(tmp_path, yaml_of("P1: 'P1 [bar]'", sampling=form), run_csv=text)
+    assert (batch.sampling_frequency, batch.dates) == (1.0, (1_780_664_400.5,))
 
 
 @pytest.mark.parametrize("cell", ["8,60.0", "86,000,0", "8,600,00", "1,0000.0"])
 def test_thousands_in_the_wrong_place_are_no_number(tmp_path, cell):
-    text = f'time [s];P1 [kPa]\n0;"{cell}"\n1;"8,600.0"\n'
-    form = 'format: {thousands: ","}\ntime: time\nchannels: {P1: P1}\n'.replace(
-        "time: time", "time: {column: time}"
-    )
-    written(tmp_path, "run.csv", text)
-    (tmp_path / "rig.yaml").write_text(f"files: run.csv\n{form}", encoding="utf-8")
+    form = yaml_of("P1: P1", 'format: {thousands: ","}', sampling="time: {column: time}")
     with pytest.raises(HydrofdiError, match=r"run\.csv:2"):
-        read(measured_source(tmp_path / "rig.yaml"))
+        one(tmp_path, form, run_csv=f'time [s];P1 [kPa]\n0;"{cell}"\n1;"8,600.0"\n')
 
 
 def test_a_cell_with_another_unit_is_refused(tmp_path):

@@ -11,7 +11,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records import opening
 from hydrofdi.records.source import measured_source, plain_source, write_description
 from tests.records.dialects import RATE, ROWS, TIME
-from tests.records.measuring import P1, P2, POSITION, VOLTAGE, read
+from tests.records.measuring import P1, P2, POSITION, VOLTAGE, batches, one, read, yaml_of
 
 CHANNELS = {"P1": ("bar", 1e5, 1), "P2": ("bar", 1e5, 2), "x": ("mm", 1e-3, 3), "u": ("V", 1.0, 4)}
 """Name → unit, factor to SI, and column of `ROWS`."""
@@ -63,41 +63,30 @@ def require_right(batch, names=CHANNELS):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_units_and_names_come_from_the_file(tmp_path, name):
+def test_units_names_and_date_come_from_the_file(tmp_path, name):
     WRITERS[name](tmp_path / name)
-    require_right(read(plain_source(tmp_path / name)))
+    batch = read(plain_source(tmp_path / name))
+    require_right(batch)
+    assert batch.dates == pytest.approx([START.timestamp()], abs=1e-3)
     write_description(tmp_path / name, tmp_path / "rig.yaml")
     require_right(read(measured_source(tmp_path / "rig.yaml")))
     require_right(read(plain_source(tmp_path)))
 
 
-@pytest.mark.parametrize("name", WRITERS)
-def test_the_date_of_a_record_is_the_start_that_the_file_states(tmp_path, name):
-    WRITERS[name](tmp_path / name)
-    assert read(plain_source(tmp_path / name)).dates == pytest.approx([START.timestamp()], abs=1e-3)
-
-
-def test_channels_of_tdms_that_begin_later_are_read_at_their_instants(tmp_path):
-    tdms(tmp_path / "run.tdms", slow=["x"], late=0.1)
-    batch = read(plain_source(tmp_path / "run.tdms"))
-    first = round(batch.start_time * RATE)
-    assert (first, batch.dates) == (50, (pytest.approx(START.timestamp() + 0.1, abs=1e-6),))
-    expected = np.interp(TIME[first : first + batch.n_time], TIME[::5] + 0.1, ROWS[::5, 3] * 1e-3)
-    np.testing.assert_allclose(batch[POSITION][0], expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize("name", WRITERS)
-def test_slow_channels_are_interpolated_at_the_instants_of_the_fast_ones(tmp_path, name):
-    WRITERS[name](tmp_path / name, slow=["x"])
+@pytest.mark.parametrize(("name", "late"), [("run.mf4", 3e-4), ("run.tdms", 0.0), ("run.tdms", 0.1)])
+def test_slow_channels_are_interpolated_at_the_instants_of_the_fast_ones(tmp_path, name, late):
+    """From the instant on at which the last of them begins."""
+    WRITERS[name](tmp_path / name, slow=["x"], **({"late": late} if name == "run.tdms" else {}))
     batch = read(plain_source(tmp_path / name))
     assert batch.sampling_frequency == RATE
     assert {each.where for each in batch.remarks[0] if each.kind == "held"} == {POSITION}
     first = round(batch.start_time * RATE)
+    assert first == np.ceil(late * RATE)
+    assert batch.dates == (pytest.approx(START.timestamp() + first / RATE, abs=1e-6),)
     part = slice(first, first + batch.n_time)
-    assert batch.n_time >= TIME.size - 6
+    assert batch.n_time >= TIME.size - 6 - first
     np.testing.assert_allclose(batch[P1][0], ROWS[part, 1] * 1e5, rtol=1e-12)
-    start = 3e-4 if name == "run.mf4" else 0.0
-    expected = np.interp(TIME[part], TIME[::5] + start, ROWS[::5, 3] * 1e-3)
+    expected = np.interp(TIME[part], TIME[::5] + late, ROWS[::5, 3] * 1e-3)
     np.testing.assert_allclose(batch[POSITION][0], expected, rtol=1e-9)
 
 
@@ -113,14 +102,11 @@ def test_without_the_extra_it_says_what_to_install(tmp_path, monkeypatch, name):
 def test_a_damaged_file_is_rejected_alone(tmp_path, name):
     WRITERS[name](tmp_path / name)
     whole = (tmp_path / name).read_bytes()
-    for number, data in enumerate(
-        [whole[: len(whole) // 3], b"TDSm" + bytes(500), b"MDF     4.10" + bytes(500)]
-    ):
+    damaged = whole[: len(whole) // 3], b"TDSm" + bytes(500), b"MDF     4.10" + bytes(500)
+    for number, data in enumerate(damaged):
         (tmp_path / f"{number}{name[3:]}").write_bytes(data)
-    (tmp_path / "rig.yaml").write_text(
-        f"files: '*{name[3:]}'\ntime: {{column: time, unit: s}}\nchannels: {{P1: P1}}\n", encoding="utf-8"
-    )
-    records = [*measured_source(tmp_path / "rig.yaml").batches()]
+    time = "time: {column: time, unit: s}"
+    records = batches(tmp_path, yaml_of("P1: P1", files=f"'*{name[3:]}'", sampling=time))
     assert sum(batch.n_record for batch in records) + sum(len(batch.rejected) for batch in records) == 4
     assert {each.remark.kind for batch in records for each in batch.rejected} <= {"damaged", "time", "short"}
     assert f"{name}" in [each for batch in records for each in batch.record_ids]
@@ -131,12 +117,8 @@ def test_fields_of_a_compound_dataset_are_columns(tmp_path):
     table["t"], table["P1"] = TIME, ROWS[:, 1]
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["rig/table"] = table
-    (tmp_path / "rig.yaml").write_text(
-        "files: run.h5\ntime: {column: rig/table/t, unit: s}\n"
-        "channels: {P1: {column: rig/table/P1, unit: bar}}\n",
-        encoding="utf-8",
-    )
-    require_right(read(measured_source(tmp_path / "rig.yaml")), ["P1"])
+    channels, time = "P1: {column: rig/table/P1, unit: bar}", "time: {column: rig/table/t, unit: s}"
+    require_right(one(tmp_path, yaml_of(channels, files="run.h5", sampling=time)), ["P1"])
 
 
 def test_signals_of_dspace_are_named_by_their_names(tmp_path):
@@ -146,13 +128,10 @@ def test_signals_of_dspace_are_named_by_their_names(tmp_path):
     ]
     recorded = {"X": [{"Name": "time", "Data": TIME}], "Y": signals}
     scipy.io.savemat(tmp_path / "run.mat", {"rec": recorded})
-    (tmp_path / "rig.yaml").write_text(
-        "files: run.mat\ntime: {column: rec/X/time, unit: s}\nchannels:\n"
-        + "".join(
-            f"  {name}: {{column: rec/Y/{name}, unit: {unit}}}\n" for name, (unit, _, _) in CHANNELS.items()
-        ),
-        encoding="utf-8",
+    channels = ", ".join(
+        f"{name}: {{column: rec/Y/{name}, unit: {unit}}}" for name, (unit, _, _) in CHANNELS.items()
     )
-    require_right(read(measured_source(tmp_path / "rig.yaml")))
+    time = "time: {column: rec/X/time, unit: s}"
+    require_right(one(tmp_path, yaml_of(channels, files="run.mat", sampling=time)))
     text = write_description(tmp_path / "run.mat", tmp_path / "proposed.yaml")
     assert "chamber_2_pressure: {column: 'rec/Y/P2', unit: …}" in text

@@ -147,11 +147,10 @@ def test_files_come_in_natural_order_and_equal_ones_side_by_side(tmp_path):
 
 
 def test_a_file_that_cannot_be_read_is_rejected_and_the_others_go_on(tmp_path):
-    damaged, sound = gzip.compress(b"time [s],P1 [bar]\n0,1\n1,2\n"), "time [s],P1 [bar]\n0,1\n1,2\n"
-    files = [described(tmp_path, 'files: ["*.csv", "*.gz"]', a_csv=sound, c_csv=sound).parent / "b.csv.gz"]
-    files[0].write_bytes(damaged[:-6])
-    files = [tmp_path / "a.csv", *files, tmp_path / "c.csv", tmp_path / "empty.csv", tmp_path / "a.csv"]
-    files[3].touch()
+    sound = "time [s],P1 [bar]\n0,1\n1,2\n"
+    described(tmp_path, 'files: ["*.csv", "*.gz"]', a_csv=sound, c_csv=sound, empty_csv="")
+    files = [tmp_path / name for name in ("a.csv", "b.csv.gz", "c.csv", "empty.csv", "a.csv")]
+    files[1].write_bytes(gzip.compress(sound.encode())[:-6])
     expected = [("b.csv.gz", "damaged"), ("empty.csv", "empty")]
     for sources in (tmp_path / "measured.yaml", files):
         made = [batch for source in open_records(sources, [P1], Described()) for batch in source.batches()]
@@ -221,23 +220,17 @@ def test_a_counter_and_what_has_no_unit_are_no_time(tmp_path, times):
         batches(tmp_path, USUAL.replace("sampling_frequency: 1 kHz", "time: {column: Time}"), run_csv=text)
 
 
-FORMS = [
-    "2026-01-31T12:00:00.{:03}Z",
-    "2026-01-31 12:00:00.{:03}+01:00",
-    "2026-01-31 12:00:00,{:03}",
-    "31.01.2026 12:00:00,{:03}",
-    "1.2.2026 8:00:00.{:03}",
-]
-
-
 def text_of(form, name="time", step=4, n_time=6):
     return f"{name};P1 [bar]\n" + "".join(f"{form.format(n * step)};{n}\n" for n in range(n_time))
 
 
-NAMES = ["time", "Time [UTC]", "Timestamp", "Zeit", "When"]
+UTC = "2026-01-31T12:00:00.{:03}Z"
 
 
-@pytest.mark.parametrize(("form", "name"), [*zip(FORMS, NAMES, strict=True)])
+@pytest.mark.parametrize(("form", "name"), [
+    (UTC, "time"), ("2026-01-31 12:00:00.{:03}+01:00", "Time [UTC]"), ("1.2.2026 8:00:00.{:03}", "When"),
+    ("2026-01-31 12:00:00,{:03}", "Timestamp"), ("31.01.2026 12:00:00,{:03}", "Zeit"),
+])  # fmt: skip
 def test_dates_may_be_the_time(tmp_path, form, name):
     dated = yaml_of("P1: P1", sampling="time: {column: When, unit: s}")
     text = text_of(form, name)
@@ -251,37 +244,30 @@ def test_dates_are_exact_to_the_nanosecond_and_a_given_rate_wins(tmp_path):
     form = "2026-01-31T12:00:00.000{:06}Z"
     assert plain(tmp_path, text_of(form, step=12_500)).sampling_frequency == 80_000.0
     assert "uneven" not in kinds(plain(tmp_path, text_of(form, step=1_250)))
-    batch = plain(tmp_path, text_of(FORMS[0]), 1000.0)
+    batch = plain(tmp_path, text_of(UTC), 1000.0)
     assert (batch.sampling_frequency, kinds(batch)) == (1000.0, {"unused"})
-    assert plain(tmp_path, text_of(FORMS[0]) + ";7\n").rejected[0].remark.kind == "time"
+    assert plain(tmp_path, text_of(UTC) + ";7\n").rejected[0].remark.kind == "time"
 
 
 @pytest.mark.parametrize(("text", "place"), [
     (text_of("12:00:00.{:03} PM"), r"run.csv:2: column 'time': '12:00:00.000 PM'.*format"),
-    (text_of(FORMS[0]) + "soon;7\n", r"run.csv:8: column 'time': 'soon'"),
-    (text_of(FORMS[0]) + "2026-01-31T12:00:00.024;7\n", "zone"),
-    (text_of(FORMS[0]).replace(" [bar]", ""), "(?s)'P1': .*time: {column: 'time'}"),
+    (text_of(UTC) + "soon;7\n", r"run.csv:8: column 'time': 'soon'"),
+    (text_of(UTC) + "2026-01-31T12:00:00.024;7\n", "zone"),
+    (text_of(UTC).replace(" [bar]", ""), "(?s)'P1': .*time: {column: 'time'}"),
 ])  # fmt: skip
 def test_other_times_are_refused_with_a_remedy(tmp_path, text, place):
     with pytest.raises(DataError, match=place):
         plain(tmp_path, text)
 
 
-NOON = 1769860800.0
-"""2026-01-31T12:00Z since 1970 [s]."""
-
-
 def test_a_column_of_dates_gives_a_record_its_date(tmp_path):
     time = np.datetime64("2026-01-31T12:00:00", "ns") + np.arange(6) * np.timedelta64(4, "ms")
-    columns = {"time": time, "P1 [bar]": np.arange(6.0)}
+    columns, noon = {"time": time, "P1 [bar]": np.arange(6.0)}, 1769860800.0
     np.savez(tmp_path / "run.npz", **columns)
-    of_frame, of_mapping = (
-        open_records(data, [P1], Described())[0] for data in (pandas.DataFrame(columns), columns)
-    )
-    for source in (plain_source(tmp_path / "run.npz"), of_frame, of_mapping):
-        (batch,) = source.batches()
-        assert (batch.dates, batch.start_time) == ((NOON,), 0.0)
-    assert plain(tmp_path, text_of("2026-01-31T12:00:00.{:03}Z")).dates == (NOON,)
+    for data in (tmp_path / "run.npz", pandas.DataFrame(columns), columns):
+        (batch,) = open_records(data, [P1], Described())[0].batches()
+        assert (batch.dates, batch.start_time) == ((noon,), 0.0)
+    assert plain(tmp_path, text_of(UTC)).dates == (noon,)
 
 
 def test_plain_columns_are_in_their_unit_or_in_si_by_a_full_name(tmp_path):

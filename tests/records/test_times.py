@@ -132,36 +132,31 @@ def test_joined_rasters_need_resample_which_the_proposal_states_with_the_true_ra
     assert batch.sampling_frequency == RATE
     assert not any(each.is_unusable for each in batch.remarks[0])
     assert {each.where for each in batch.remarks[0] if each.kind == "held"} == {POSITION}
-
-
-def test_a_detector_is_not_trained_on_uneven_records(tmp_path):
-    times, columns = joined_rasters()
-    file = written(tmp_path, times, columns=columns)
     given = {"window": "0.5 s", "false_alarm_rate": "45 %", "output": "d2"}
     with pytest.raises(DataError, match=r"run\.csv.*resample"):
         hydrofdi.train(file, "dwt", **given)
 
 
-@pytest.mark.parametrize("n_time", [N_TIME, 300])
-def test_stamps_that_single_precision_rounds_are_those_of_an_even_clock(tmp_path, n_time):
-    times = [f"{each:.9g}" for each in (20_000.0 + TIME[:n_time]).astype(np.float32)]
-    columns = {name: values[:n_time] for name, values in signals().items()}
-    batch = read(plain_source(written(tmp_path, times, columns=columns)))
-    assert (batch.sampling_frequency, kinds(batch)) == (RATE, {"rounded"})
+SINGLE = [f"{each:.9g}" for each in (20_000.0 + TIME).astype(np.float32)]
+
+
+@pytest.mark.parametrize(("times", "places", "kind"), [
+    (SINGLE, np.arange(N_TIME), "rounded"), (SINGLE, np.arange(300), "rounded"),
+    (TIME, np.delete(np.arange(N_TIME), 900), "gap"), (5.0 * TIME, np.delete(np.arange(N_TIME), 900), "gap"),
+], ids=["single precision", "a short record of it", "a sample lost", "one lost at 100 Hz"])  # fmt: skip
+def test_rounded_stamps_are_those_of_an_even_clock_and_one_sample_lost_is_no_rounding(
+    tmp_path, times, places, kind
+):
+    columns = {name: values[places] for name, values in signals().items()}
+    batch = read(plain_source(written(tmp_path, np.asarray(times)[places], columns=columns)))
+    assert kinds(batch) == {kind}
+    assert kind == "gap" or batch.sampling_frequency == RATE
 
 
 def test_stamps_that_repeat_because_they_are_rounded_name_the_rate(tmp_path):
     file = written(tmp_path, np.round(TIME / 4.0, 3))
     (rejected,) = read(plain_source(file)).rejected
     assert "sampling_frequency: 2000 Hz" in rejected.remark.message
-
-
-@pytest.mark.parametrize("rate", [100.0, 500.0])
-def test_one_sample_that_is_lost_is_no_rounding(tmp_path, rate):
-    columns = {name: np.delete(values, 900) for name, values in signals().items()}
-    times = np.delete(np.arange(N_TIME) / rate, 900)
-    batch = read(plain_source(written(tmp_path, times, columns=columns)))
-    assert kinds(batch) == {"gap"}
 
 
 def held(values, n):
@@ -185,14 +180,8 @@ def test_a_coarse_converter_noise_and_rests_are_not_held():
     smooth = signals()["P1 [bar]"]
     noisy = smooth + rng.normal(0.0, 0.2, N_TIME)
     resting = np.where(TIME < 2.0, noisy, 80.0)
-    for samples in (
-        smooth,
-        noisy,
-        resting,
-        np.round(smooth / 2.0) * 2.0,
-        np.round(noisy),
-        np.sign(np.sin(9.0 * TIME)),
-    ):
+    coarse, square = (np.round(smooth / 2.0) * 2.0, np.round(noisy)), np.sign(np.sin(9.0 * TIME))
+    for samples in (smooth, noisy, resting, *coarse, square):
         assert update_rate(samples, TIME) is None
 
 

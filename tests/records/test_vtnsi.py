@@ -74,11 +74,6 @@ def test_every_record_says_what_is_wrong_with_it(records):
     ]
 
 
-def test_the_first_run_of_the_leaking_unit_is_an_outlier(records):
-    found = [name for row, name in enumerate(records.record_ids) if "outlier" in kinds(records, row)]
-    assert found == ["vtnsi/Act_4 (Seal Defect)/Leak_000_0_303_9-10-2019-4-37-01 PM.txt.gz"]
-
-
 def test_an_open_input_is_hum_and_saturated(tmp_path):
     mapped = ("  piston_position:", "  supply_pressure: {column: PG_3, unit: counts}\n  piston_position:")
     (batch,) = measured_source(description(tmp_path, mapped)).batches()

@@ -91,21 +91,6 @@ def heteroscedastic(rng, n_run):
     return parameter, parameter + parameter * rng.normal(size=n_run)
 
 
-def bent(rng, n_run):
-    """A feature that falls, then rises."""
-    parameter = rng.uniform(-1.0, 1.0, size=n_run)
-    return parameter, (parameter - 0.3) ** 2 + 0.05 * rng.normal(size=n_run)
-
-
-@pytest.mark.parametrize("draw", [heteroscedastic, bent])
-def test_the_interval_covers_the_true_value_in_95_percent_of_repeats(draw):
-    rng = np.random.default_rng(1)
-    true = spearmanr(*draw(rng, 200_000)).statistic
-    found = [rank_correlation(*draw(rng, N_RUN)) for _ in range(N_REPEAT)]
-    covered = np.mean([each.low <= true <= each.high for each in found])
-    assert 0.92 <= covered <= 0.985
-
-
 def test_chance_gives_more_than_its_bound_in_5_percent_of_permutations():
     rng = np.random.default_rng(2)
     parameter, feature = heteroscedastic(rng, N_RUN)
@@ -118,7 +103,6 @@ def test_a_monotone_feature_has_rank_correlation_1(feature, expected):
     parameter = np.random.default_rng(3).uniform(size=30)
     found = rank_correlation(parameter, feature(parameter))
     assert found.value == pytest.approx(expected)
-    assert found.low == pytest.approx(found.high)
 
 
 def test_it_is_spearmans_with_ties_and_without_runs_that_lack_a_number():
@@ -179,5 +163,4 @@ def test_a_sampled_parameter_has_fifths_and_a_rank_correlation(record, data):
     expected = spearmanr(np.array(data.values("fluid.bulk_modulus")[:32]), [rows[run] for run in runs])
     rank = change["rank_correlation"]
     assert rank["value"] == pytest.approx(expected.statistic)
-    assert rank["low"] <= rank["value"] <= rank["high"]
     assert (rank["n"], 0.0 < rank["chance"] < 1.0) == (32, True)

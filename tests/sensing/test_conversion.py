@@ -15,11 +15,6 @@ from tests.second_solver import simulate_with_solver
 SIGMA, MANY = 5e3, 2**17
 
 
-@pytest.fixture(scope="module")
-def noise():
-    return sensing.gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
-
-
 def test_noise_is_white_and_gaussian_and_has_in_every_level_the_rms_that_its_gain_says():
     noise = sensing.gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
     assert np.std(noise) == pytest.approx(SIGMA, rel=4.0 / np.sqrt(2 * MANY))
@@ -73,33 +68,26 @@ def shown(signal, *lags):
     return values[:, 0]
 
 
-def _first_ramp(time):
-    """Response of the first-order lag to max(t, 0)."""
+def lag_of(angle, zeta):
+    return sensing.second_order_lag(angle, zeta) if zeta else sensing.first_order_lag(angle)
+
+
+def _ramp(time, zeta):
+    """Response of a lag, of first order without a damping ratio, to max(t, 0)."""
     t = np.maximum(time, 0.0)
-    return t - (1.0 - np.exp(-OMEGA * t)) / OMEGA
-
-
-def _second_ramp(time, zeta):
-    """Response of the underdamped second-order lag to max(t, 0)."""
-    t, damped = np.maximum(time, 0.0), OMEGA * np.sqrt(1.0 - zeta**2)
+    if zeta is None:
+        return t - (1.0 - np.exp(-OMEGA * t)) / OMEGA
+    damped = OMEGA * np.sqrt(1.0 - zeta**2)
     swing = 2 * zeta / OMEGA * np.cos(damped * t) + (2 * zeta**2 - 1) / damped * np.sin(damped * t)
     return t - 2 * zeta / OMEGA + np.exp(-zeta * OMEGA * t) * swing
 
 
-def test_first_order_lag_answers_a_step_as_its_closed_form_and_decays_to_zero():
-    ramps = _first_ramp(TIME - TIME[9]) - _first_ramp(TIME - TIME[10])
-    np.testing.assert_allclose(shown(STEP, sensing.first_order_lag(ANGLE)), ramps / INTERVAL, atol=1e-11)
+@pytest.mark.parametrize("zeta", [None, 0.1, 0.7])
+def test_a_lag_answers_a_step_as_its_closed_form_and_decays_to_zero(zeta):
+    ramps = _ramp(TIME - TIME[9], zeta) - _ramp(TIME - TIME[10], zeta)
+    np.testing.assert_allclose(shown(STEP, lag_of(ANGLE, zeta)), ramps / INTERVAL, atol=1e-11)
     fallen = np.concatenate([np.ones(1), np.zeros(99_999)])
-    assert shown(fallen, sensing.first_order_lag(0.01))[-1] == 0.0
-    assert shown(fallen, sensing.second_order_lag(0.01, 0.7))[-1] == 0.0
-
-
-@pytest.mark.parametrize("zeta", [0.1, 0.7])
-def test_second_order_lag_answers_a_step_as_its_closed_form(zeta):
-    ramps = _second_ramp(TIME - TIME[9], zeta) - _second_ramp(TIME - TIME[10], zeta)
-    np.testing.assert_allclose(
-        shown(STEP, sensing.second_order_lag(ANGLE, zeta)), ramps / INTERVAL, atol=1e-11
-    )
+    assert shown(fallen, lag_of(0.1, zeta))[-1] == 0.0
 
 
 @pytest.mark.parametrize("angle", [1e-6, 1e5])

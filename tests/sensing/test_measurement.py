@@ -1,7 +1,5 @@
 """What reaches the record when sensors are set, and what stays as it is."""
 
-import json
-
 import h5py
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
 from tests import machines
-from tests.commands import run_hydrofdi
+from tests.commands import run_json
 from tests.conftest import sweep_in
 
 SIGNALS = [variable.name for variable in stored_variables("all") if variable.is_signal]
@@ -36,10 +34,6 @@ def columns_of(runs, coefficients):
     )
 
 
-def have_same_bits(one, other):
-    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
-
-
 LEAKS = (0.0, 2e-9, 1e-8)
 VARIED = [
     run_with(*NOISY, f"leakage.internal_coefficient={K_i}", f"measurement.seed={seed}")
@@ -52,11 +46,6 @@ VARIED_LEAKS = [K_i for K_i in LEAKS for _ in (0, 1)]
 @pytest.fixture(scope="module")
 def varied():
     return columns_of(VARIED, VARIED_LEAKS)
-
-
-@pytest.fixture(scope="module")
-def ideal():
-    return columns_of([run.with_defaults(request.SENSING) for run in VARIED], VARIED_LEAKS)
 
 
 def test_every_measurable_signal_has_a_channel_and_every_channel_a_section():
@@ -72,22 +61,27 @@ def test_without_sensors_the_trajectory_itself_is_handed_on():
     assert sensing.Measurement([run]).show(trajectory) is trajectory
 
 
-def test_what_happened_is_judged_and_what_is_measured_is_stored(varied, ideal):
+def test_what_happened_is_judged_and_what_is_measured_is_stored(varied):
+    ideal = columns_of([run.with_defaults(request.SENSING) for run in VARIED], VARIED_LEAKS)
     features = {"detail_rms", "approximation_rms", "mean_chamber_1_pressure"}
     measured = features | {channel.signal for channel in sensing.CHANNELS}
     for name, values in varied.items():
         if name not in ("dwt.analysis_id", "dwt.obstacle"):
-            same = have_same_bits(values, ideal[name])
+            same = np.array_equal(values, ideal[name], equal_nan=values.dtype.kind == "f")
             assert same != (name in measured or name.startswith("dwt.")), name
 
 
-def test_bits_do_not_depend_on_order_or_on_neighbours(varied):
-    order = [4, 0, 3, 5, 1, 2]
-    shuffled = columns_of([VARIED[k] for k in order], [VARIED_LEAKS[k] for k in order])
+def test_bits_do_not_depend_on_order_or_on_neighbours_of_which_one_fails(varied):
+    order, broken = [4, 0, 3, 5, 1, 2], run_with(*NOISY, "fluid.bulk_modulus=1e7 MPa")
+    shuffled = columns_of([*(VARIED[k] for k in order), broken], [*(VARIED_LEAKS[k] for k in order), 0.0])
     alone = columns_of(VARIED[3:4], VARIED_LEAKS[3:4])
     for name in [*SIGNALS, "detail_rms"]:
-        np.testing.assert_array_equal(shuffled[name], varied[name][order])
+        np.testing.assert_array_equal(shuffled[name][:6], varied[name][order])
         np.testing.assert_array_equal(alone[name][0], varied[name][3])
+    assert shuffled["status"].tolist() == ["ok"] * 6 + ["diverged"]
+    assert np.isnan(shuffled["detail_rms"][6]).all()
+    happened = simulate_batch([broken], [0.0]).chamber_1_pressure
+    np.testing.assert_array_equal(shuffled["chamber_1_pressure"][6:], happened)
 
 
 def test_runs_that_differ_in_leakage_or_seed_have_independent_noise():
@@ -120,16 +114,6 @@ def test_errors_come_before_the_range_and_the_range_before_the_levels():
     signal, time = np.array([-2e6, 0.1e6, 0.7e6, 9e6]), np.arange(4) / 500.0
     levels = np.array([0.0, 4e6 / 3, 4e6 / 3, 4e6])
     np.testing.assert_allclose(sensing.sensor_reading(sensing.CHANNELS[0], run, signal, time), levels)
-
-
-def test_a_run_that_failed_does_not_disturb_its_neighbours(varied):
-    broken = run_with(*NOISY, "fluid.bulk_modulus=1e7 MPa")
-    columns = columns_of([broken, VARIED[2]], [0.0, VARIED_LEAKS[2]])
-    assert columns["status"].tolist() == ["diverged", "ok"]
-    assert np.isnan(columns["detail_rms"][0]).all()
-    happened = simulate_batch([broken], [0.0]).chamber_1_pressure
-    np.testing.assert_array_equal(columns["chamber_1_pressure"][:1], happened)
-    np.testing.assert_array_equal(columns["chamber_1_pressure"][1], varied["chamber_1_pressure"][2])
 
 
 @pytest.mark.parametrize(
@@ -175,31 +159,19 @@ sweep:
 """
 
 
-def signals_of(swept):
-    """Everything that is stored with a run, by identity."""
-    with h5py.File(swept.file) as file:
-        run_ids = list(file["run_id"].asstr()[:])
-        names = ("detail_rms", "chamber_1_pressure", "chamber_2_pressure", "piston_velocity", "input_voltage")
-        return {name: dict(zip(run_ids, file[name][:], strict=True)) for name in names}
-
-
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
     return sweep_in(tmp_path_factory.mktemp("one"), SWEEP)
 
 
 def test_simulate_gives_the_bits_of_the_sweep(measured, tmp_path):
-    alone = ("leakage.internal_coefficient=1e-8", "measurement.seed=1")
-    settings = [part for setting in alone for part in ("--set", setting)]
-    done = run_hydrofdi(
-        "simulate", measured.config, *settings, "--out", "run.h5", "--json", cwd=tmp_path
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    run_id = json.loads(done.stdout)["run_id"]
-    swept = signals_of(measured)
-    with h5py.File(tmp_path / "run.h5") as file:
-        for name in swept:
-            np.testing.assert_array_equal(np.atleast_2d(file[name][:])[0], swept[name][run_id], err_msg=name)
+    alone = ("--set", "leakage.internal_coefficient=1e-8", "--set", "measurement.seed=1")
+    run_id = run_json("simulate", measured.config, *alone, "--out", "run.h5", cwd=tmp_path)["run_id"]
+    with h5py.File(measured.file) as swept, h5py.File(tmp_path / "run.h5") as file:
+        row = [*swept["run_id"].asstr()[:]].index(run_id)
+        for name in ("detail_rms", "chamber_1_pressure", "chamber_2_pressure", "piston_velocity",
+                     "input_voltage"):  # fmt: skip
+            np.testing.assert_array_equal(np.atleast_2d(file[name][:])[0], swept[name][row], err_msg=name)
 
 
 def test_replicates_differ_in_what_is_measured_and_agree_in_what_happened(measured):

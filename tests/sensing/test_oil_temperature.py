@@ -19,7 +19,6 @@ WARM = {"fluid.temperature_rise": "5 K", "fluid.temperature_drift": "2 K/s"}
 
 
 def experiment(values, **more):
-    """YAML of sections."""
     return yaml.safe_dump(sections_of(SHORT | values) | more, allow_unicode=True)
 
 

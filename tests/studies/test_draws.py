@@ -50,10 +50,8 @@ def test_all_populations_and_parameters_are_drawn_independently():
     assert abs(correlations).max() < 0.45  # 4.7 standard errors: 378 pairs reach it once in a thousand seeds
 
 
-@pytest.mark.parametrize("method", ["random", "sobol"])
-def test_a_larger_population_begins_with_the_draws_of_a_smaller_one(method):
-    asked = f"study.population.method={method}"
-    small, large = expanded(asked), expanded(asked, "study.healthy.test=400")
+def test_a_larger_population_begins_with_the_draws_of_a_smaller_one():
+    small, large = expanded(), expanded("study.healthy.test=400")
     for name in (MODULUS, "measurement.seed"):
         few, many = (drawn(table, Kind.HEALTHY, name) for table in (small, large))
         assert few.tolist() == many[:150].tolist()

@@ -225,7 +225,6 @@ def test_nothing_measurable_is_nothing_stated():
     judgement = judge(records, empty, RULES)
     assert judgement.threshold is None
     assert not judgement.smallest
-    assert np.isnan(judgement.partial_area)
     assert all(level.area is None for level in judgement.levels)
 
 

@@ -171,7 +171,7 @@ def estimates(data):
 
 
 def judged(data):
-    return {(each.quantity, each.population): each for each in estimates(data).judgements}
+    return {(each["quantity"], each["population"]): each for each in estimates(data).rows}
 
 
 def with_columns(data, **changed):
@@ -182,10 +182,10 @@ def test_quantities_with_a_stated_deviation_are_judged_on_test_records_and_shift
     found = judged(data)
     assert found.keys() == {
         (quantity, population)
-        for quantity in ("internal_coefficient", "bulk_modulus")
+        for quantity in ("leakage", "bulk_modulus")
         for population in ("healthy", "stiffer", "faults")
     }
-    assert {population: found["bulk_modulus", population].n for _, population in found} == {
+    assert {population: found["bulk_modulus", population]["n"] for _, population in found} == {
         "healthy": 12, "stiffer": 5, "faults": 8,
     }  # fmt: skip
 
@@ -201,30 +201,31 @@ def test_the_truth_with_a_known_error_gives_this_error_and_its_coverage(data):
             "balance.internal_coefficient_error": np.full(n, 1e-9),
         },
     )
-    faults = judged(told)["internal_coefficient", "faults"]
-    assert faults.stated == pytest.approx(1e-9)
-    assert abs(faults.bias) < 2e-9
-    assert 1e-10 < faults.deviation < 3e-9
+    faults = judged(told)["leakage", "faults"]
+    unit = 1e-9 * np.sqrt(8e6) * 6e4
+    assert faults["stated_deviation_L_per_min"] == pytest.approx(unit)
+    assert abs(faults["mean_error_L_per_min"]) < 2.0 * unit
+    assert 0.1 * unit < faults["deviation_L_per_min"] < 3.0 * unit
     never = with_columns(told, **{"balance.internal_coefficient_error": np.full(n, 1e-15)})
-    assert judged(never)["internal_coefficient", "faults"].covered.count == 0
+    assert judged(never)["leakage", "faults"]["covered"] == 0.0
     always = with_columns(told, **{"balance.internal_coefficient_error": np.full(n, 1e-3)})
-    assert judged(always)["internal_coefficient", "faults"].covered.count == 8
+    assert judged(always)["leakage", "faults"]["covered"] == 1.0
 
 
 def test_bulk_moduli_are_judged_as_shares_of_the_truth(data):
     told = with_columns(data, **{"balance.bulk_modulus": 1.03 * data.columns["bulk_modulus"]})
     for population in ("healthy", "stiffer", "faults"):
         each = judged(told)["bulk_modulus", population]
-        assert each.bias == pytest.approx(0.03)
-        assert each.deviation < 1e-9
+        assert each["mean_error_percent"] == pytest.approx(3.0)
+        assert each["deviation_percent"] < 1e-7
 
 
 def test_records_without_an_estimate_are_counted_apart(data):
     some = data.columns["balance.bulk_modulus"].copy()
     some[:] = np.nan
     each = judged(with_columns(data, **{"balance.bulk_modulus": some}))["bulk_modulus", "healthy"]
-    assert (each.n, each.not_measurable, each.covered.total) == (0, 12, 0)
-    assert np.isnan(each.bias)
+    assert (each["n"], each["not_measurable"], each["covered"]) == (0, 12, None)
+    assert each["mean_error_percent"] is None
 
 
 def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):

@@ -16,11 +16,9 @@ from hydrofdi.settings.quantities import SI, Section
 class InputConfig(Section):
     """Open-loop drive voltage."""
 
-    shape: Literal["square", "steps", "sine", "sweep", "multisine", "csv"] = "square"
+    shape: Literal["square", "steps", "sine", "csv"] = "square"
     """``square``: +amplitude in the first half of each period, −amplitude in the second (paper). ``steps``:
     seeded pseudo-random levels within ±amplitude, each held for a period. ``sine``: one frequency, 1/period.
-    ``sweep``: a sine whose frequency rises linearly over the record, from 1/period to ``end_frequency``.
-    ``multisine``: the first ``harmonics`` of 1/period with Schroeder's phases, its peak at ±amplitude.
     ``csv``: the rows of ``file``, which no amplitude scales."""
 
     amplitude: Annotated[float, SI("V", usual=("1 mV", "100 V"), symbols="U")] = 2.0
@@ -28,12 +26,6 @@ class InputConfig(Section):
 
     period: Annotated[float, SI("s", above=0, usual=("1 ms", "1 h"), symbols="T")] = 2.0
     """Period [s]. A choice; 0.5, 1, 4 and 5 s are admissible."""
-
-    end_frequency: Annotated[float, SI("Hz", above=0, usual=("0.01 Hz", "1 kHz"))] = 20.0
-    """Frequency at the end of a sweep [Hz]. A choice, well below the spool's 175 Hz."""
-
-    harmonics: Annotated[int, Field(strict=True, ge=1, le=1000)] = 20
-    """Number of harmonics of a multisine. A choice."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed of the pseudo-random steps."""
@@ -67,7 +59,7 @@ class InputConfig(Section):
     @property
     def is_periodic(self) -> bool:
         """Whether the voltage repeats itself after a period."""
-        return self.shape in {"square", "sine", "multisine"}
+        return self.shape in {"square", "sine"}
 
 
 class ControlConfig(Section):

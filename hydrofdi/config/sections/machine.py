@@ -183,13 +183,9 @@ class FluidConfig(Section):
     of a mineral oil without air rises by 10 to 12 (Hayward, 1970). None in the paper."""
 
     vapour_pressure: Annotated[float, SI("Pa", usual=("1 Pa", "1 MPa"))] = 0.0
-    """Pressure below which a chamber counts as cavitating [Pa]; on the same scale as the return pressure.
-    A choice: air comes out of the oil below the tank's pressure."""
-
-    cavitation: Literal["none", "clamped"] = "none"
-    """Chamber pressure at ``vapour_pressure``. ``none``: it falls below, as if the fluid could carry tension
-    (paper). ``clamped``: the pressure stays there until flow comes in again; the volume of the vapour is not
-    tracked."""
+    """Pressure below which a chamber counts as cavitating [Pa]; on the same scale as the return pressure. It
+    falls below, as if the fluid could carry tension (paper). A choice: air comes out of the oil below the
+    tank's pressure."""
 
     law: Literal["constant", "free_air"] = "constant"
     """Bulk modulus over pressure. ``constant``: β (paper). ``free_air``: β is that of the liquid, and free
@@ -367,18 +363,15 @@ class LeakageConfig(Section):
     """Length of the scored part, over which alone the internal leak is open [m]; its ends are smooth. By
     default the leak is open over the whole stroke (paper)."""
 
-    onset: Literal["constant", "step", "ramp", "intermittent"] = "constant"
+    onset: Literal["constant", "step", "ramp"] = "constant"
     """K_i over time. ``constant``: from the start (paper). ``step``: from ``onset_time`` on. ``ramp``: rising
-    over ``onset_duration``. ``intermittent``: open for a share ``onset_duty`` of every ``onset_duration``."""
+    over ``onset_duration``."""
 
     onset_time: Annotated[float, SI("s", least=0, usual=("1 µs", "24 h"))] = 0.0
     """Time at which the internal leakage sets in [s]."""
 
     onset_duration: Annotated[float, SI("s", above=0, usual=("1 ms", "24 h"))] = 1.0
-    """Rise time of a ramp, or period of an intermittent leak [s]."""
-
-    onset_duty: Annotated[float, SI("1", least=0, most=1)] = 0.5
-    """Share of the period during which an intermittent leak is open [-]."""
+    """Rise time of a ramp [s]."""
 
     @model_validator(mode="after")
     def _one_form_of_internal_leakage(self) -> Self:
@@ -410,7 +403,7 @@ class LeakageConfig(Section):
 
     @property
     def rise_duration(self) -> float:
-        """How long the leakage takes to open, or the period of an intermittent one [s]."""
+        """How long the leakage takes to open [s]."""
         return _AT_ONCE if self.onset == "step" else self.onset_duration
 
     @property

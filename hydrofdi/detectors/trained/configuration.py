@@ -39,9 +39,8 @@ _INDICATORS = "indicators"
 class WindowConfig(Section):
     """Division of streams and long records into windows, which are judged one at a time."""
 
-    by: Literal["time", "cycle", "estimate"] = "time"
-    """``time``: windows of equal duration. ``cycle``: one window from each edge of the drive. ``estimate``: a
-    recursive indicator follows the stream without windows, and each of its estimates is judged."""
+    by: Literal["time", "cycle"] = "time"
+    """``time``: windows of equal duration. ``cycle``: one window from each edge of the drive."""
 
     duration: Duration | None = None
     """Duration of a window [s]; by default that of the healthy records. Cycles are truncated to it; shorter
@@ -71,7 +70,7 @@ class WindowConfig(Section):
         sampling_frequency: float,
         drive: tuple[float, float] | None,
     ) -> Windower:
-        """The windower of a stream with these windows, not of estimates."""
+        """The windower of a stream with these windows."""
         if self.by == "cycle":
             assert drive is not None
             return CycleWindower(n_sample, channels, sampling_frequency, self.channel, drive, self.edge)
@@ -112,8 +111,8 @@ class DetectorConfig(Promise):
 
     compensate: bool = True
     """Whether to take the effect of the oil temperature out of ``output`` if the records have it: the score
-    is then ``compensated`` by its mean in each window. With ``by: estimate`` it is not. If measured records
-    lack it, the upper limit of a flow is raised by what oil that is 15 K warmer adds to a healthy one."""
+    is then ``compensated`` by its mean in each window. If measured records lack it, the upper limit of a flow
+    is raised by what oil that is 15 K warmer adds to a healthy one."""
 
     accept: bool = False
     """Whether to train although estimates are physically impossible in most healthy windows."""

@@ -25,32 +25,26 @@ from hydrofdi.detectors.trained.lines import (
     noted,
     summed_up,
 )
-from hydrofdi.detectors.trained.measuring import Estimator, measured_windows, of_row, records_of, temperatures
+from hydrofdi.detectors.trained.measuring import measured_windows, records_of
 from hydrofdi.detectors.trained.promise import consequence
-from hydrofdi.detectors.trained.verdicts import Verdict, findings, outside, standardised, verdict_of
-from hydrofdi.errors import Issue
-from hydrofdi.records import Array
+from hydrofdi.detectors.trained.verdicts import Verdict, findings, standardised, verdict_of
 from hydrofdi.records.joining import Joining
-from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, State, Window, Windower, fault_of
+from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, State, Window
 
 NUMBER = "judging.number"
 """Key of the number of the next window in a state."""
 
 PATIENCE = 10
-"""Number of windows in a row, without overlap, after which a condition or an episode is over; seconds for
-estimates."""
+"""Number of windows in a row, without overlap, after which a condition or an episode is over."""
 
 MOST_SAMPLES = 2**22
 """Most samples of windows that are judged at once; limits the memory."""
-
-_BATCH_SIZE = 64
-"""Number of estimates that are judged at a time."""
 
 _Stepped = tuple[State, list[Chunk], list[Event]]
 
 
 class Detector:
-    """Judges windows, or the estimates of a recursive indicator, and says what happens on a stream.
+    """Judges windows, and says what happens on a stream.
 
     The verdict on a window does not depend on other windows, nor the lines of a stream on its chunks.
 
@@ -64,13 +58,8 @@ class Detector:
         self.file = file
         frequency, channels, window = file.sampling_frequency, file.channels, file.config.window
         self._joining, self._stream = Joining(frequency, channels), EvenStream(frequency, channels)
-        self._judging: Estimator | Windower
-        if window.by == "estimate":
-            self._judging = Estimator(file.feature, channels, frequency, file.fits)
-            self._patience = max(PATIENCE, round(PATIENCE * frequency / file.n_every))
-        else:
-            self._judging = window.windower(file.n_sample, channels, frequency, file.drive)
-            self._patience = PATIENCE * math.ceil(file.n_sample / file.n_every)
+        self._windower = window.windower(file.n_sample, channels, frequency, file.drive)
+        self._patience = PATIENCE * math.ceil(file.n_sample / file.n_every)
         chart = file.config.chart
         self._chart = None if chart is None else make_chart(chart.chart, chart.options)
 
@@ -99,15 +88,11 @@ class Detector:
 
     def start(self) -> State:
         """The state before the first sample of a stream: a mapping of arrays."""
-        judging = self._judging.start()
-        if isinstance(self._judging, Estimator):
-            none = np.empty((1 + len(self.file.channels), 0))
-            judging = {"held": none, **judging, "number": np.array(0)}
         return _flat(
             {
                 "joining": self._joining.start(),
                 "stream": self._stream.start(),
-                "judging": judging,
+                "judging": self._windower.start(),
                 "chart": {} if self._chart is None else self._chart.start(1),
                 "defects": NO_DEFECTS,
                 "episodes": NO_EPISODES,
@@ -179,69 +164,22 @@ class Detector:
         parts["defects"], events = noted(parts["defects"], pieces, found)
         lines: list[Line] = [*events]
         for piece in pieces:
-            if isinstance(self._judging, Estimator):
-                parts["judging"], judged = self._estimates(self._judging, parts["judging"], piece)
-            else:
-                parts["judging"], judged = self._windows(self._judging, parts["judging"], piece)
+            parts["judging"], judged = self._windows(parts["judging"], piece)
             for window in judged:
                 lines += self._lines(parts, window)
         return lines
 
-    def _windows(self, windower: Windower, state: State, piece: Chunk) -> tuple[State, list[WindowLine]]:
+    def _windows(self, state: State, piece: Chunk) -> tuple[State, list[WindowLine]]:
         """The state after a piece, and the windows that ended in it."""
         file, lines = self.file, list[WindowLine]()
         n_at_once = file.n_every * max(1, MOST_SAMPLES // (file.n_sample * len(file.channels)))
         for first in range(0, piece.n_time, n_at_once):
-            state, windows = windower.step(state, piece.part(first, first + n_at_once))
+            state, windows = self._windower.step(state, piece.part(first, first + n_at_once))
             lines += [
                 WindowLine(each.number, float(each.time[0]), float(each.time[-1]), verdict)
                 for each, verdict in zip(windows, self.score(windows), strict=True)
             ]
         return state, lines
-
-    def _estimates(self, estimator: Estimator, state: State, piece: Chunk) -> tuple[State, list[WindowLine]]:
-        """The state after a piece, and its estimates, judged if the samples before them are valid."""
-        file, number, lines = self.file, int(state["number"]), list[WindowLine]()
-        after, found = estimator.step(state, piece)
-        rows = np.stack([piece.time, *(piece.channels[channel] for channel in file.channels)])
-        if not piece.begins_anew:
-            rows = np.concatenate([state["held"], rows], axis=1)
-        n_held, n_look = rows.shape[1] - piece.n_time, estimator.n_look
-        for first in range(0, len(found), _BATCH_SIZE):
-            some = found[first : first + _BATCH_SIZE]
-            stops = [n_held + place + 1 for place, _ in some]
-            looks = self._looks([rows[:, max(0, stop - n_look) : stop] for stop in stops], n_look)
-            for (place, each), (fault, means) in zip(some, looks, strict=True):
-                time, score = float(piece.time[place]), float(each.numbers[0])
-                verdict = verdict_of(file, score, each, each.fault or fault, means)
-                lines.append(WindowLine(number + len(lines), time, time, verdict))
-        after = {**after, "held": rows[:, -n_look:].copy(), "number": np.array(number + len(lines))}
-        return after, lines
-
-    def _looks(self, rows: Sequence[Array], n_look: int) -> list[tuple[Issue | None, Mapping[str, float]]]:
-        """Fault and mean oil temperature of the samples before some estimates; neither if too few."""
-        file, channels, frequency = self.file, self.file.channels, self.file.sampling_frequency
-        whole = [
-            Window(
-                place,
-                time,
-                dict(zip(channels, samples, strict=True)),
-                fault_of(time, np.array(samples), channels, n_look, frequency),
-            )
-            for place, (time, *samples) in enumerate(rows)
-            if time.size == n_look
-        ]
-        found: dict[int, tuple[Issue | None, Mapping[str, float]]] = {
-            each.number: (each.fault, {}) for each in whole
-        }
-        if sound := [each for each in whole if each.fault is None]:
-            records = records_of(sound, channels, frequency)
-            means = temperatures(records)
-            for row, fault in enumerate(findings(records, file.ranges)):
-                own = of_row(means, row)
-                novel = outside(file.conditions, file.basis.n_window, own)
-                found[sound[row].number] = (fault or novel, own)
-        return [found.get(place, (None, {})) for place in range(len(rows))]
 
     def _lines(self, parts: dict[str, State], window: WindowLine) -> list[Line]:
         """The line of a window, and the events that it causes."""

@@ -18,7 +18,6 @@ from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, fe
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constants
-from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import Array
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.data_sheet import is_other
@@ -283,8 +282,8 @@ class DetectorFile(Part):
     sampling_frequency: float = Field(ge=1e-3, le=1e9)
     """[Hz]"""
 
-    n_sample: Count
-    """Samples per window; 0 if estimates are judged."""
+    n_sample: int = Field(ge=2)
+    """Samples per window."""
 
     basis: Basis
     healthy: Scale
@@ -368,16 +367,13 @@ class DetectorFile(Part):
 
     @property
     def n_every(self) -> int:
-        """Samples from one window or estimate to the next."""
-        indicator, frequency = self.feature.indicator, self.sampling_frequency
-        if self.config.window.by == "estimate" and isinstance(indicator, RecursiveIndicator):
-            return indicator.samples_per_estimate(frequency)
-        return self.config.window.n_every(self.n_sample, frequency)
+        """Samples from one window to the next."""
+        return self.config.window.n_every(self.n_sample, self.sampling_frequency)
 
     @property
     def noun(self) -> str:
         """What is judged."""
-        return "window" if self.n_sample else "estimate"
+        return "window"
 
     @property
     def score_name(self) -> str:
@@ -468,7 +464,7 @@ def _shown(text: str) -> str:
 
 def _inconsistencies(file: DetectorFile) -> Iterator[tuple[str, str]]:
     """Key and message of what makes a file unusable, in itself or with this version of hydrofdi."""
-    config, window = file.config, file.config.window
+    config = file.config
     unsound = [(dotted(("config", *path)), text) for path, text in unmakable(config)]
     yield from unsound
     yield from ((where, text) for where, is_wrong, text in _checks(file) if is_wrong)
@@ -491,8 +487,6 @@ def _inconsistencies(file: DetectorFile) -> Iterator[tuple[str, str]]:
             yield "indicator_versions", text
     if missing := sorted(file.feature.channels - set(file.channels)):
         yield "channels", f"{file.score_name} needs {missing[0]}, which is missing"
-    if window.by == "estimate" and (file.score or not isinstance(feature.indicator, RecursiveIndicator)):
-        yield "config.window.by", f"{feature.label} does not follow a stream; use 'time' or 'cycle'"
 
 
 def _checks(file: DetectorFile) -> Iterator[tuple[str, bool, str]]:
@@ -510,11 +504,8 @@ def _checks(file: DetectorFile) -> Iterator[tuple[str, bool, str]]:
         yield key, is_wrong, f"is required unless the direction is {without}, and allowed only then"
         beyond = end is not None and sign * end > sign * centre
         yield key, beyond, "healthy.centre must lie within the limits"
-    if window.by == "estimate":
-        yield "n_sample", file.n_sample > 0, "must be 0 if estimates are judged"
-        return
     n_sample = round((window.duration or 0.0) * file.sampling_frequency)
-    yield "n_sample", file.n_sample != n_sample or n_sample < 2, "does not match config.window.duration"
+    yield "n_sample", file.n_sample != n_sample, "does not match config.window.duration"
     if window.by == "cycle":
         yield "drive", file.drive is None, "is missing"
         yield "channels", window.channel not in file.channels, f"must contain {window.channel}"

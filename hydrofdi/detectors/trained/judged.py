@@ -95,8 +95,6 @@ def _forbidden(file: DetectorFile, records: RecordBatch, row: int) -> Issue | No
 
 def _without_windows(file: DetectorFile, records: RecordBatch) -> Issue:
     lasts, window = f"lasts {records.duration:.4g} s", file.config.window
-    if window.by == "estimate":
-        return Issue(f"{lasts}, and the first estimate comes later", kind="short_record")
     duration = f"{file.n_sample / file.sampling_frequency:.4g} s"
     if window.by == "cycle" and records.n_time >= file.n_sample:
         return Issue(f"has no cycle: no {window.edge} edge of {window.channel} in time", kind="no_cycle")
@@ -124,7 +122,7 @@ class Tally:
         self._blocks: list[str] = []
         self._records: set[tuple[str, str]] = set()
         self._has_groups, frequency = False, file.sampling_frequency
-        self._duration = (file.n_sample or file.n_every) / frequency
+        self._duration = file.n_sample / frequency
         self._every = min(file.n_every / frequency, self._duration)
 
     def __iter__(self) -> Iterator[JudgedWindow]:
@@ -176,11 +174,11 @@ class Tally:
     @property
     def rests_on(self) -> str | None:
         """What the interval of the share takes as independent: ``groups`` or ``records``; ``windows`` that do
-        not overlap if these are too few; None if nothing is, as estimates of a few records.
+        not overlap if these are too few; None if nothing is judged.
         """
         if self.n_group >= FEWEST_GROUPS:
             return self.group_noun
-        return "windows" if self.n_judged and self.file.n_sample else None
+        return "windows" if self.n_judged else None
 
     @property
     def n_group(self) -> int:

@@ -211,11 +211,10 @@ def limits_of(found: HealthyScores, direction: Direction, *, has_chart: bool = F
         except NotStatedError as refusal:
             if (needed := refusal.records_needed) is None:
                 raise
-            what = "windows that do not overlap" if found.n_sample else "estimates"
             total = needed + found.scores.size - scores.size
             raise NotStatedError(
-                f"{str(refusal).partition(' needs ')[0]} needs {needed:,} healthy {what}"
-                f" ({time_text(needed * found.duration)}), and there are {scores.size:,}"
+                f"{str(refusal).partition(' needs ')[0]} needs {needed:,} healthy windows that do not"
+                f" overlap ({time_text(needed * found.duration)}), and there are {scores.size:,}"
                 f"{'' if total == needed else f' without one of the groups, so {total:,} in all'}",
                 needed,
             ) from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 
@@ -13,12 +13,9 @@ from numpy.typing import NDArray
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.measuring import (
     TEMPERATURE,
-    Estimator,
     Measured,
     measured_windows,
-    of_row,
     records_of,
-    temperatures,
     without_scale,
 )
 from hydrofdi.detectors.trained.verdicts import channel_facts, widened
@@ -52,7 +49,7 @@ class HealthyScores:
     durations, own_groups, labels, names : list
         Duration [s], group, label and name of each record; group and label are empty if unknown.
     record : list of int, length n_score
-        Index of the record of each window or estimate.
+        Index of the record of each window.
     numbers : list of ndarray, shape (n_number,)
         What is measured of it; NaN if there is none.
     is_apart : list of bool
@@ -62,7 +59,7 @@ class HealthyScores:
     facts : dict of Channel to list of mapping of str to ndarray, shape (n_window,)
         As from `channel_facts`.
     not_judged, reasons : Counter of str
-        Kind of fault and message → number of windows or estimates that have no score.
+        Kind of fault and message → number of windows that have no score.
     n_impossible, n_not_positive : Counter of str
         Output → number of windows in which it is doubtful, or not positive.
     refused : list of Issue
@@ -77,10 +74,6 @@ class HealthyScores:
 
     def __init__(self, config: DetectorConfig, first: RecordBatch, drive: tuple[float, float] | None) -> None:
         window, frequency = config.window, first.sampling_frequency
-        if window.by == "estimate" and config.score is not None:
-            raise ConfigError("by=estimate: a score of several numbers is judged by windows")
-        if window.by == "estimate" and (window.duration or window.every):
-            raise ConfigError("by=estimate: there are no windows; 'interval' of the indicator sets the time")
         if window.by == "cycle" and (window.duration is None or window.every is not None):
             length = "give the length of each cycle, counted from its edge, as 'window' alone"
             raise ConfigError(f"by=cycle: {length}")
@@ -89,18 +82,11 @@ class HealthyScores:
         seen |= {window.channel} if window.by == "cycle" else set()
         seen |= {TEMPERATURE} & first.channels.keys()
         self.channels = tuple(channel for channel in Channel if channel in seen)
-        self.estimator: Estimator | None = None
-        self.windower: Windower
-        if window.by == "estimate":
-            self.estimator = Estimator(self.feature, self.channels, frequency)
-            n_look, self.n_sample = self.estimator.n_look, 0
-            self.windower = TimeWindower(n_look, n_look, self.channels, frequency)
-        else:
-            duration = first.duration if window.duration is None else window.duration
-            self.n_sample = round(duration * frequency)
-            if self.n_sample < 2:
-                raise ConfigError(f"window: {duration:g} s at {frequency:g} Hz are fewer than 2 samples")
-            self.windower = window.windower(self.n_sample, self.channels, frequency, drive)
+        duration = first.duration if window.duration is None else window.duration
+        self.n_sample = round(duration * frequency)
+        if self.n_sample < 2:
+            raise ConfigError(f"window: {duration:g} s at {frequency:g} Hz are fewer than 2 samples")
+        self.windower = window.windower(self.n_sample, self.channels, frequency, drive)
         self.durations: list[float] = []
         self.own_groups: list[str] = []
         self.labels: list[str] = []
@@ -121,7 +107,7 @@ class HealthyScores:
         self._waiting: list[tuple[int, bool, Window]] = []
 
     def read(self, batches: Iterable[RecordBatch]) -> None:
-        """Score the windows or estimates of records."""
+        """Score the windows of records."""
         for batch in batches:
             if batch.n_record:
                 self._check(batch)
@@ -135,16 +121,17 @@ class HealthyScores:
             self.own_groups.append(batch.groups[row])
             self.labels.append(batch.labels[row] if batch.labels else "")
             self.names.append(" ".join(dict.fromkeys((batch.sources[row], batch.record_ids[row]))).strip())
-            if self.estimator is not None:
-                self._follow(self.estimator, batch, row)
             end, nothing = -np.inf, np.full(len(self.feature.numbers), np.nan)
             for window in windows_along(batch, row, self.windower):
                 is_apart = bool(window.time[0] > end)
                 end = float(window.time[-1]) if is_apart else end
                 if window.fault is None:
                     self._waiting.append((len(self.numbers), is_apart, window))
-                if self.estimator is None:
-                    self._add(Measured(nothing, window.fault), is_apart)
+                self.record.append(len(self.durations) - 1)
+                self.numbers.append(nothing)
+                self.is_apart.append(is_apart)
+                if is_apart:
+                    self._count(Measured(nothing, window.fault))
                 if len(self._waiting) * self.windower.n_sample >= _MOST_SAMPLES:
                     self._finish()
 
@@ -158,10 +145,6 @@ class HealthyScores:
         records = records_of(windows, channels, self.windower.sampling_frequency)
         for channel in (each for each in channels if each is not TEMPERATURE and are_apart.any()):
             self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
-        if self.estimator is not None:
-            for row in np.flatnonzero(are_apart).tolist():
-                self.conditions = widened(self.conditions, of_row(temperatures(records), row))
-            return
         for place, is_apart, found in zip(
             places, apart, measured_windows(records, self.feature), strict=True
         ):
@@ -169,26 +152,12 @@ class HealthyScores:
             if is_apart:
                 self._count(found)
 
-    def _follow(self, estimator: Estimator, batch: RecordBatch, row: int) -> None:
-        state = estimator.start()
-        for piece in _pieces_along(batch, row, self.windower.channels):
-            state, found = estimator.step(state, piece)
-            for _, each in found:
-                self._add(each, is_apart=True)
-
-    def _add(self, found: Measured, is_apart: bool) -> None:
-        self.record.append(len(self.durations) - 1)
-        self.numbers.append(found.numbers)
-        self.is_apart.append(is_apart)
-        if is_apart:
-            self._count(found)
-
     def _count(self, found: Measured) -> None:
         """Count faults and doubts of what sets limits, and note its conditions."""
         if found.fault is not None:
             self.not_judged[found.fault.kind] += 1
             self.reasons[found.fault.message] += 1
-        if self.estimator is None and not np.isfinite(found.numbers).all():
+        if not np.isfinite(found.numbers).all():
             return
         for doubt in found.doubts:
             self.n_impossible[doubt.where] += 1
@@ -243,16 +212,14 @@ class HealthyScores:
     @property
     def interval(self) -> float:
         """Mean time between scores [s]."""
-        if self.estimator is not None:
-            return self.estimator.interval
         if isinstance(self.windower, TimeWindower):
             return self.windower.n_every / self.windower.sampling_frequency
         return sum(self.durations) / len(self.record)
 
     @property
     def duration(self) -> float:
-        """Duration of a window, or time between estimates if those are judged [s]."""
-        return self.n_sample / self.windower.sampling_frequency if self.n_sample else self.interval
+        """Duration of a window [s]."""
+        return self.n_sample / self.windower.sampling_frequency
 
     @cached_property
     def is_used(self) -> NDArray[np.bool_]:
@@ -288,19 +255,14 @@ class HealthyScores:
 
 
 def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterator[Window]:
-    """Windows of a record, a few at a time."""
-    state = windower.start()
-    for piece in _pieces_along(records, row, windower.needs):
-        state, windows = windower.step(state, piece)
-        yield from windows
-
-
-def _pieces_along(records: RecordBatch, row: int, channels: Collection[Channel]) -> Iterator[Chunk]:
-    """Pieces of a record, as from a stream."""
-    stream = EvenStream(records.sampling_frequency, tuple(channels))
-    state, time = stream.start(), records.time
+    """Windows of a record, a few at a time, as from a stream."""
+    channels, time = tuple(windower.needs), records.time
+    stream = EvenStream(records.sampling_frequency, channels)
+    state, held = stream.start(), windower.start()
     for first in range(0, records.n_time, _CHUNK):
         part = slice(first, first + _CHUNK)
         chunk = Chunk(time[part], {channel: records[channel][row, part] for channel in channels})
         state, pieces, _ = stream.step(state, chunk)
-        yield from pieces
+        for piece in pieces:
+            held, windows = windower.step(held, piece)
+            yield from windows

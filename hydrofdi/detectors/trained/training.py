@@ -165,7 +165,7 @@ def _with_score(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
     the effect of the oil temperature taken out, if that is measured.
     """
     feature = feature_of(config)
-    if config.score is not None or not feature.described.is_score or config.window.by == "estimate":
+    if config.score is not None or not feature.described.is_score:
         return config
     of, indicators = [feature.label], stated_indicators(feature.indicators)
     if not config.output and config.direction in (None, Direction.RISING):
@@ -241,15 +241,13 @@ def _learn(
 
 def _window_in_full(found: HealthyScores) -> WindowConfig:
     window = found.config.window
-    if not found.n_sample:
-        return window
     every = window.every or (found.duration if window.by == "time" else None)
     return window.model_copy(update={"duration": found.duration, "every": every})
 
 
 def _no_score(found: HealthyScores, label: str) -> NotStatedError:
     longest = time_text(max(found.durations))
-    absent = f"no window or estimate ends within its records, of which the longest lasts {longest}"
+    absent = f"no window ends within its records, of which the longest lasts {longest}"
     reason = next((text for text, _ in found.reasons.most_common(1)), absent)
     return NotStatedError(f"no healthy record has {label}: {reason}")
 

@@ -227,28 +227,20 @@ class Verdict:
         return None if self.margin is None else self.margin < 0.0
 
 
-def verdict_of(
-    file: DetectorFile,
-    score: float,
-    measured: Measured,
-    fault: Issue | None = None,
-    conditions: Mapping[str, float] = {},
-) -> Verdict:
+def verdict_of(file: DetectorFile, score: float, measured: Measured, fault: Issue | None = None) -> Verdict:
     """Verdict on a score.
 
     Parameters
     ----------
     measured : Measured
         If a quantity can only be positive, and its doubts say that it is not, or if the model explains
-        nothing, a window without an alarm is novel; any window if it is the flow gain.
+        nothing, a window without an alarm is novel; any window if it is the flow gain. So is one with a
+        condition that healthy windows do not cover; a leak may move it: then an alarm stays and is doubtful.
     fault : Issue, optional
         Why the window is not judged. For novel windows, score and margin are still given, and the fault
         states whether the score is beyond a limit.
-    conditions : mapping of str to float
-        Conditions beside those measured; the window is novel if any is outside of those that healthy windows
-        cover. A leak may move an estimate: then an alarm stays and is doubtful.
     """
-    known = {**measured.conditions, **conditions}
+    known = measured.conditions
     other, temperature = outside(file.conditions, file.basis.n_window, known), known.get(TEMPERATURE)
     if other is not None and other.where == TEMPERATURE:
         is_compensated = 1.0 < file.widening(measured.numbers) <= _MOST_WIDENED

@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
+from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, Trace
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.messages import nearest
@@ -111,30 +111,15 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
         first = records.window(0, self._n_window(records.sampling_frequency))
         return super().obstacle(records) or self.options.made.obstacle(first)
 
-    def begin(self, records: RecordBatch) -> State:
-        """Empty windows."""
-        n_window = self._n_window(records.sampling_frequency)
-        return {
-            f"held.{channel}": np.full((records.n_record, n_window), np.nan)
-            for channel in sorted(self.channels | (self.optional_channels & records.channels.keys()))
-        }
-
-    def advance(
-        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
-    ) -> Mapping[str, Array]:
-        """Measure every window that ends in the chunk."""
-        n_window = self._n_window(chunk.sampling_frequency)
-        samples = {
-            channel: np.concatenate([state[f"held.{channel}"], chunk[channel]], axis=1)
-            for channel in chunk.channels
-            if f"held.{channel}" in state
-        }
-        numbers = np.full((chunk.n_record, due.size), np.nan)
-        for place, end in enumerate(due):
-            if n_before + end + 1 >= n_window:
-                window = {channel: held[:, end + 1 : end + 1 + n_window] for channel, held in samples.items()}
-                numbers[:, place] = self._measured(replace(chunk, channels=window, start_time=0.0))
-        state |= {f"held.{channel}": held[:, -n_window:].copy() for channel, held in samples.items()}
+    def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
+        """Measure every window that ends at a sample that is due."""
+        n_window, seen = self._n_window(records.sampling_frequency), self.channels | self.optional_channels
+        samples = {channel: held for channel, held in records.channels.items() if channel in seen}
+        numbers = np.full((records.n_record, due.size), np.nan)
+        for place in np.flatnonzero(due + 1 >= n_window).tolist():
+            stop = due[place] + 1
+            window = {channel: held[:, stop - n_window : stop] for channel, held in samples.items()}
+            numbers[:, place] = self._measured(replace(records, channels=window, start_time=0.0))
         return {self.options.followed.name: numbers}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:

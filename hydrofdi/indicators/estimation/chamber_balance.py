@@ -34,12 +34,12 @@ CURRENT, ENDING, BEFORE = 0, 1, 2
 
 
 def new_sums(n_record: int, n_chamber: int) -> Array:
-    """State of `integrate_windows` before the first sample; the last column is the low-passed supply flow."""
+    """Sums of `integrate_windows` before the first sample; the last column is the low-passed supply flow."""
     return np.zeros((n_record, 3, N_SHARED + n_chamber * N_OWN + 1))
 
 
 def windows_before(n_sample: int, half: int) -> int:
-    """Number of windows that are complete after `n_sample` samples of a stream."""
+    """Number of windows that are complete after `n_sample` samples."""
     return max(n_sample // half - 1, 0)
 
 
@@ -58,18 +58,17 @@ def integrate_windows(
     supply: Array,
     reference: Array,
     weights: Array,
-    n_before: int,
     balance: Balance,
     sums: Array,
     columns: Array,
     targets: Array,
 ) -> None:
-    """Fill the equations of the windows that these samples complete.
+    """Fill the equations of the windows of records.
 
     `spool` and `position` (n_record, n_time) [m]; `pressures` (2, n_record, n_time), and `supply` at the
     linearisation point and the `reference` of its prior deviation, (n_record, n_time) [Pa]; `weights` from
-    `weak_weights`; `n_before` samples of the stream came before these. `sums` from `new_sums` is updated in
-    place; `columns` (n_record, n_window, n_chamber, N_UNKNOWN) and `targets` [m³] are filled.
+    `weak_weights`; `sums` from `new_sums` is scratch; `columns` (n_record, n_window, n_chamber,
+    N_UNKNOWN) and `targets` [m³] are filled.
     """
     n_record, n_time = spool.shape
     half, n_sum, n_chamber = weights.shape[2], sums.shape[2] - 1, targets.shape[2]
@@ -77,7 +76,7 @@ def integrate_windows(
         own = sums[r]
         n_window = 0
         for i in range(n_time):
-            j = (n_before + i) % half
+            j = i % half
             if j == 0:
                 for k in range(n_sum):
                     own[CURRENT, k] = own[ENDING, k] = 0.0
@@ -105,7 +104,7 @@ def integrate_windows(
                 if sign * x_v > 0.0 or n_chamber == 1:
                     own[CURRENT, n_sum] = drawn + balance.supply_share * (abs(signals.flow) - drawn)
             if j == half - 1:
-                if n_before + i >= half:
+                if i >= half:
                     for k in range(n_sum):
                         own[BEFORE, k] += own[ENDING, k]
                     for chamber in range(n_chamber):

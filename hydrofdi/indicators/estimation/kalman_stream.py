@@ -1,4 +1,4 @@
-"""Kalman filters of streams, extended or unscented: state between chunks, and estimates."""
+"""Kalman filters of records, extended or unscented: state, and estimates."""
 
 from __future__ import annotations
 
@@ -67,15 +67,15 @@ def give_up_unless_sound(mean: Array, covariance: Array, limits: Array, spread: 
 
 @kernel
 def follow(
-    streams: Streams, n_before: int, measured: Array, drive: Array, supply: Array, tuning: Tuning, every: int,
+    streams: Streams, measured: Array, drive: Array, supply: Array, tuning: Tuning, every: int,
     means: Array, variances: Array, sums: Array, signature: Array | None, spread: float | None, work: Any,
 ) -> None:  # fmt: skip
-    """Process a chunk of streams, which are updated in place.
+    """Process records from the zero state of their streams, which is updated in place.
 
     `measured` (n_stream, n_sample, N_MEASURED): P_1, P_2 [MPa] and x_p [mm]; `drive` (n_stream, n_sample):
     static spool position under the command, or the measured one [mm]; `supply` [MPa]. `means`, `variances`
     (n_stream, n_estimate, N_STATE) and `sums` (…, N_SUM) since the estimate before are filled after every
-    `every` samples, at those that `indicators.recursive.instants` returns.
+    `every` samples.
 
     Extended filters have a `signature` (n_stream, N_STATE), the error of the estimates per L/min of leakage
     that they do not model; unscented ones a `spread` of the sigma points, in √n standard deviations. The
@@ -86,7 +86,7 @@ def follow(
         spool, held = streams.spool[k], streams.held[k]
         n_estimate = 0
         for t in range(measured.shape[1]):
-            if n_before + t == 0:
+            if t == 0:
                 begin(mean, covariance, measured[k, t], tuning.prior)
                 spool[0], spool[1] = drive[k, t], 0.0
             else:
@@ -99,7 +99,7 @@ def follow(
                     own[0] += correct_unscented(mean, covariance, measured[k, t], is_open, tuning, work)
                 give_up_unless_sound(mean, covariance, tuning.limits, spread)
             held[0], held[1] = drive[k, t], supply[k, t]
-            if (n_before + t + 1) % every == 0:
+            if (t + 1) % every == 0:
                 for i in range(mean.size):
                     means[k, n_estimate, tuning.places[i]] = mean[i]
                     variances[k, n_estimate, tuning.places[i]] = variance(covariance, spread, i)

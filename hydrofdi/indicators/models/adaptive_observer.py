@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.faults import FLUID
 from hydrofdi.indicators.nominal_signals import Cylinder, ObserverOptions, nominal_flows, signals_at
-from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace
+from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -50,7 +50,6 @@ def adapt(
     unclear: NDArray[np.bool_],
     cylinder: Cylinder,
     law: Law,
-    n_before: int,
     every: int,
     state: NDArray[np.float64],
     estimates: NDArray[np.float64],
@@ -58,9 +57,9 @@ def adapt(
     """Process samples, by the exact response of e to the mean flows over each sampling interval.
 
     `signals` (5, n_record, n_time) in the order of `nominal_signals`; no adaptation at `unclear` samples;
-    `state` (n_record, N_STATE) contains the initial K_i and 1/β, and is updated in place; `estimates` (2,
-    n_record, n_instant) of K_i [m^3.5/kg^0.5] and 1/β [1/Pa] every `every` samples; NaN once they are not
-    physical.
+    `state` (n_record, N_STATE) contains the initial K_i and 1/β, and is updated in place; `estimates`
+    (n_record, n_instant, 4): errors, K_i and 1/β of the state every `every` samples; K_i and 1/β are NaN once
+    they are not physical.
     """
     # The error decays by exp(−L dt) over an interval and follows a constant input by (1 − exp(−L dt))/L.
     kept = math.exp(-law.injection * law.interval)
@@ -73,7 +72,7 @@ def adapt(
             p1, p2, x, spool, supply = signals_at(signals, row, k)
             q1, q2 = nominal_flows(spool, p1, p2, supply, cylinder)
             root = signed_root(p1 - p2)
-            if n_before + k > 0:
+            if k > 0:
                 middle, mean_root = 0.5 * (x + s[_POSITION]), 0.5 * (root + s[_ROOT])
                 v1 = cylinder.volume_1 + cylinder.area_1 * middle
                 v2 = cylinder.volume_2 - cylinder.area_2 * middle
@@ -96,8 +95,9 @@ def adapt(
                     s[COEFFICIENT] = s[COMPRESSIBILITY] = np.nan
             s[_FLOW_1], s[_FLOW_2], s[_ROOT] = q1, q2, root
             s[_PRESSURE_1], s[_PRESSURE_2], s[_POSITION] = p1, p2, x
-            if (n_before + k + 1) % every == 0:
-                estimates[0, row, i], estimates[1, row, i] = s[COEFFICIENT], s[COMPRESSIBILITY]
+            if (k + 1) % every == 0:
+                for m in range(COMPRESSIBILITY + 1):
+                    estimates[row, i, m] = s[m]
                 i += 1
 
 
@@ -176,22 +176,17 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
     def _adapts_compressibility(self) -> bool:
         return "compressibility" in self.options.estimate
 
-    def begin(self, records: RecordBatch) -> State:
-        """Initial state: no leakage, nominal compressibility."""
-        own = np.zeros((records.n_record, N_STATE))
-        own[:, COMPRESSIBILITY] = 1.0 / self.options.bulk_modulus
-        return self.options.start_of_signals(records) | {"observer": own}
-
-    def advance(
-        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
-    ) -> Mapping[str, Array]:
+    def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
         """Flow of K_i at the reference pressure [m³/s], and 1/β [1/Pa]."""
-        every = self.samples_per_estimate(chunk.sampling_frequency)
-        signals, unclear = self.options.follow_signals(state, chunk, n_before)
-        estimates, law = np.empty((2, chunk.n_record, due.size)), self._law(1.0 / chunk.sampling_frequency)
-        adapt(signals, unclear, self.options.cylinder, law, n_before, every, state["observer"], estimates)
-        flow = np.sqrt(self.options.reference_pressure) * estimates[0]
-        return {"leakage": flow, "compressibility": estimates[1]}
+        state = np.zeros((records.n_record, N_STATE))
+        state[:, COMPRESSIBILITY] = 1.0 / self.options.bulk_modulus
+        every = self.samples_per_estimate(records.sampling_frequency)
+        signals, unclear = self.options.observed(records)
+        estimates = np.empty((records.n_record, due.size, COMPRESSIBILITY + 1))
+        law = self._law(1.0 / records.sampling_frequency)
+        adapt(signals, unclear, self.options.cylinder, law, every, state, estimates)
+        flow = np.sqrt(self.options.reference_pressure) * estimates[:, :, COEFFICIENT]
+        return {"leakage": flow, "compressibility": estimates[:, :, COMPRESSIBILITY]}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """Means after the transient; NaN for parameters that did not adapt."""

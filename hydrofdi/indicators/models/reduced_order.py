@@ -13,7 +13,7 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation.chamber_balance import valve_signals
 from hydrofdi.indicators.nominal_signals import Cylinder, ObserverOptions, signals_at
-from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace
+from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
 from hydrofdi.physics.equation import equation, signed_root
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -63,7 +63,6 @@ def project(
     compressibility: float,
     bounds: Bounds,
     interval: float,
-    n_before: int,
     state: NDArray[np.float64],
     blocks: NDArray[np.float64],
     every: int,
@@ -90,7 +89,7 @@ def project(
             two = valve_signals(spool, p2, supply, supply, ret, gain, -1.0)
             flow, by_supply = one.flow + two.flow, one.by_supply + two.by_supply
             by_offset, root = one.by_offset + two.by_offset, signed_root(p1 - p2)
-            if n_before + k > 0 and not unclear[row, k]:
+            if k > 0 and not unclear[row, k]:
                 # Trapezoidal rule over one sampling interval; volumes at its middle.
                 half, middle = 0.5 * interval, 0.5 * (x + before[_POSITION])
                 passed = half * (flow + before[_FLOW])
@@ -108,7 +107,7 @@ def project(
                 sums[5] += leak * half * (by_offset + before[_BY_OFFSET])
             before[_FLOW], before[_BY_SUPPLY], before[_BY_OFFSET] = flow, by_supply, by_offset
             before[_ROOT], before[_PRESSURE_1], before[_PRESSURE_2], before[_POSITION] = root, p1, p2, x
-            if (n_before + k + 1) % every == 0:
+            if (k + 1) % every == 0:
                 if sums[0] != 0.0:
                     # A ring of blocks: the window slides without sums that drift.
                     block = blocks[row, int(sums[N_SUM]) % blocks.shape[1]]
@@ -174,29 +173,20 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
             Output.quality("bound", "m^3/s", "adaptive threshold: largest residual from parameter errors"),
         )
 
-    def begin(self, records: RecordBatch) -> State:
-        """An empty window."""
-        n_block = max(1, round(self.options.window / self.options.interval))
-        return self.options.start_of_signals(records) | {
-            "block": np.zeros((records.n_record, N_STATE)),
-            "blocks": np.zeros((records.n_record, n_block, N_SUM)),
-        }
-
-    def advance(
-        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
-    ) -> Mapping[str, Array]:
+    def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
         """Residual and bound of the window before each instant [m³/s]; shorter windows at the start."""
-        options, frequency = self.options, chunk.sampling_frequency
-        signals, unclear = options.follow_signals(state, chunk, n_before)
+        options, frequency, n_record = self.options, records.sampling_frequency, records.n_record
+        signals, unclear = options.observed(records)
         supply = options.supply_bound
         if supply is None:
-            supply = _SUPPLY_BOUNDS[options.supply_known_by(chunk)]
+            supply = _SUPPLY_BOUNDS[options.supply_known_by(records)]
         bounds = Bounds(options.bulk_modulus_bound, options.flow_gain_bound, supply, options.offset_bound)
-        estimates = np.empty((2, chunk.n_record, due.size))
+        n_block = max(1, round(options.window / options.interval))
+        estimates = np.empty((2, n_record, due.size))
         project(
             signals, unclear, options.cylinder, 1.0 / options.bulk_modulus, bounds,
-            1.0 / frequency, n_before, state["block"], state["blocks"], self.samples_per_estimate(frequency),
-            estimates,
+            1.0 / frequency, np.zeros((n_record, N_STATE)), np.zeros((n_record, n_block, N_SUM)),
+            self.samples_per_estimate(frequency), estimates,
         )  # fmt: skip
         residual, bound = np.sqrt(options.reference_pressure) * estimates
         return {"residual": residual, "exceedance": residual - bound, "bound": bound}

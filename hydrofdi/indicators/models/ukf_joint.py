@@ -49,9 +49,9 @@ class UkfJoint(EkfJoint):
         n = self.options.places.size
         return {"mean": (n,), "root": (n, n), "sums": (1,), "spool": (2,), "held": (2,)}
 
-    def tuning(self, chunk: RecordBatch) -> Tuning:
+    def tuning(self, records: RecordBatch) -> Tuning:
         """Known parameters of the estimated states; standard deviations in place of variances."""
-        return super().tuning(chunk).of_roots(self.options.places)
+        return super().tuning(records).of_roots(self.options.places)
 
     def spread_and_workspace(self) -> tuple[float | None, Any]:
         """Spread of the sigma points, and scratch arrays."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,8 @@ from hydrofdi.indicators.balancing import (
 )
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation import flow_by_place, valve_use, weak_rls
-from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, new_sums, windows_before
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
+from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, windows_before
+from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, Trace
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
@@ -35,7 +35,7 @@ class WeakRlsOptions(WindowOptions, RecursiveOptions):
     samples. The values of a record always use the whole record."""
 
     start_up: Annotated[float, SI("s", least=0)] = 0.5
-    """Time excluded at the start of a stream [s]: the earlier spool position is unknown."""
+    """Time excluded at the start of a record [s]: the earlier spool position is unknown."""
 
     least_jump: Annotated[float, SI("m", above=0)] = 8e-6
     """Travel of the spool between two samples that counts as a jump [m]."""
@@ -80,27 +80,14 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         """Message if the record is too short for estimates, or has too few windows."""
         return super().obstacle(records) or self.options.lack_of_windows(records)
 
-    def begin(self, records: RecordBatch) -> State:
-        """Initial state: only the priors."""
-        n_record, n_chamber = records.n_record, self.options.n_pressure
-        rls = weak_rls.new_state(n_record, len(self._decays(records)), n_chamber)
-        return {
-            "spool": np.full((n_record, 2), np.nan),
-            "gate": valve_use.new_gate(n_record),
-            "unclear": valve_use.new_counts(n_record),
-            "means": valve_use.new_means(n_record, self.options.supply_pressure),
-            "sums": new_sums(n_record, n_chamber),
-            **rls._asdict(),
-        }
-
-    def advance(
-        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
-    ) -> Mapping[str, Array]:
-        """Estimates with the memory, and, as ``whole_…``, from all samples so far."""
-        options, deviations = self.options, self.options.deviations(chunk)
-        windows, (*_, supply, reference) = self._windows(chunk, n_before, state)
+    def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
+        """Estimates with the memory, and, as ``whole_…``, from all samples."""
+        options, deviations = self.options, self.options.deviations(records)
+        windows, (*_, supply, reference) = self._windows(records)
         supply, reference = supply[:, due], reference[:, due]
-        found = self._follow(chunk, windows, self._windows_due(n_before, due), supply, reference, state)
+        complete = np.array([windows_before(place + 1, options.half_window) for place in due], dtype=np.int64)
+        priors = self._priors(records, supply, reference)
+        found = follow_equations(options, records, *windows, complete, priors, self._decays(records))
         values, whole = (
             named_estimates(options, found[:, place], reference, deviations) for place in (0, -1)
         )
@@ -111,7 +98,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Values in SI; the mean leakage allows for a leak in a part of the stroke."""
         values, options = dict(super().measure(records)), self.options
-        windows, signals = self._windows(records, 0, dict(self.begin(records)))
+        windows, signals = self._windows(records)
         _, position, first, second, *supplies = signals
         priors = self._priors(records, *(each[:, -1:] for each in supplies))[:, 0]
         flows = flow_by_place.mean_flows(
@@ -128,65 +115,42 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         is_prior = trace.values["whole_undetermined"][:, -1] > MOST_PRIOR
         return {name: np.where(is_prior, np.nan, array) for name, array in whole.items()}
 
-    def _windows(
-        self, chunk: RecordBatch, n_before: int, state: dict[str, NDArray[Any]]
-    ) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
-        """Regressors, targets and counts of the windows of a chunk, and the signals that they are made of."""
-        options = self.options
-        spool = options.spool_of_stream(chunk, n_before == 0, state["spool"])
-        unclear = self._unclear(chunk, spool, n_before, state["gate"])
-        supply, reference = self._supply(chunk, n_before, state["means"])
-        second = chunk[P2] if options.n_pressure == 2 else supply + options.return_pressure - chunk[P1]
-        signals = spool, options.position(chunk), chunk[P1], second, supply, reference
-        columns, targets = window_equations(options, chunk, n_before, state["sums"], *signals)
-        counts = np.zeros(columns.shape[:2])
-        valve_use.count_windows(unclear, n_before, options.half_window, state["unclear"], counts)
-        return (columns, targets, counts), signals
-
-    def _unclear(self, chunk: RecordBatch, spool: Array, n_before: int, gate: Array) -> NDArray[np.bool_]:
-        """Samples without information: at the start, with the valve almost closed, or soon after a jump."""
-        options, frequency = self.options, chunk.sampling_frequency
+    def _windows(self, records: RecordBatch) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
+        """Regressors, targets and counts of the windows, and the signals that they are made of."""
+        options, frequency = self.options, records.sampling_frequency
+        spool = options.spool_position(records)
         unclear = np.zeros(spool.shape, dtype=np.bool_)
         valve_use.mark_unclear(
-            spool, n_before, round(options.start_up * frequency), options.least_opening, options.least_jump,
-            round(options.settling * frequency), gate, unclear,
+            spool, round(options.start_up * frequency), options.least_opening, options.least_jump,
+            round(options.settling * frequency), unclear,
         )  # fmt: skip
-        return unclear
+        supply, reference = self._supply(records)
+        first = records[P1]
+        second = records[P2] if options.n_pressure == 2 else supply + options.return_pressure - first
+        signals = spool, options.position(records), first, second, supply, reference
+        columns, targets = window_equations(options, records, *signals)
+        counts = np.zeros(columns.shape[:2])
+        valve_use.count_windows(unclear, options.half_window, counts)
+        return (columns, targets, counts), signals
 
-    def _windows_due(self, n_before: int, places: NDArray[np.intp]) -> NDArray[np.int64]:
-        """Number of windows of a chunk that are complete after the samples at some places."""
-        half = self.options.half_window
-        complete = [windows_before(n_before + place + 1, half) for place in places]
-        return np.array(complete, dtype=np.int64) - windows_before(n_before, half)
-
-    def _follow(
-        self, chunk: RecordBatch, windows: tuple[Array, Array, Array], due: NDArray[np.int64],
-        supply: Array, reference: Array, after: dict[str, NDArray[Any]],
-    ) -> Array:  # fmt: skip
-        """Estimates for given supply pressures, (n_record, n_memory, n_instant, N_ESTIMATE)."""
-        priors = self._priors(chunk, supply, reference)
-        state = weak_rls.RlsState(*(after[name] for name in weak_rls.RlsState._fields))
-        return follow_equations(self.options, chunk, *windows, due, priors, self._decays(chunk), state)
-
-    def _priors(self, chunk: RecordBatch, supply: Array, reference: Array) -> Array:
+    def _priors(self, records: RecordBatch, supply: Array, reference: Array) -> Array:
         """Prior means over their deviations for given supply pressures, (n_record, n_instant, N_UNKNOWN)."""
-        priors, deviation = np.zeros((*supply.shape, N_UNKNOWN)), self.options.deviations(chunk)[_SUPPLY]
+        priors, deviation = np.zeros((*supply.shape, N_UNKNOWN)), self.options.deviations(records)[_SUPPLY]
         if deviation > 0.0:
             priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviation
         return priors
 
-    def _supply(self, chunk: RecordBatch, n_before: int, means: Array) -> tuple[Array, Array]:
+    def _supply(self, records: RecordBatch) -> tuple[Array, Array]:
         """P_s at the linearisation point, and the reference of its prior deviation [Pa]."""
-        options, every_sample = self.options, np.zeros((chunk.n_record, chunk.n_time), dtype=np.bool_)
+        options, every_sample = self.options, np.zeros((records.n_record, records.n_time), dtype=np.bool_)
         if options.n_pressure == 2:
-            total = chunk[P1] + chunk[P2]
+            total = records[P1] + records[P2]
         else:
-            total = 2.0 * chunk[P1] - options.load_stiffness / options.areas[0] * options.position(chunk)
-        gain = 1.0 - self._decays(chunk)[0]
-        supply = options.supply_of_stream(
-            chunk, total - options.return_pressure, every_sample, n_before, options.half_window, gain, means
-        )
-        is_known = options.supply_known_by(chunk) != "sum"
+            total = 2.0 * records[P1] - options.load_stiffness / options.areas[0] * options.position(records)
+        gain = 1.0 - self._decays(records)[0]
+        total = total - options.return_pressure
+        supply = options.supply_over_time(records, total, every_sample, options.half_window, gain)
+        is_known = options.supply_known_by(records) != "sum"
         return supply, supply if is_known else np.full(supply.shape, options.supply_pressure)
 
     def _decays(self, records: RecordBatch) -> Array:

@@ -1,8 +1,7 @@
 """The sentences of the paper as checks, and how they stand over start phases and in settled records.
 
 A check is a number of percentage points, its *margin*: how far a single δ that it looks at could move before
-it turns. It holds if the margin is above zero. Where the margin is a difference of two δ, both may move at
-once, and half of it is enough: that is its *allowance*. q1 < q2 < q3 are the leakages, β0 is the normal EBM.
+it turns. It holds if the margin is above zero. q1 < q2 < q3 are the leakages, β0 is the normal EBM.
 
 A *scenario* is one set of values of everything that varies besides leakage and EBM: an experiment without
 such parameters has a single scenario, an ensemble has thousands. Checks are evaluated on all of them, and on
@@ -149,31 +148,17 @@ def _lack(data: ExperimentData, shape: tuple[int, ...], n_run: int) -> str:
     )
 
 
-class Check(NamedTuple):
-    """A check: the modes that it looks at, and in each scenario its margin and its allowance.
+Check = runs.Array
+"""The margin of a check in each scenario [percentage points], shape (..., n_scenario).
 
-    Both in percentage points, shape (..., n_scenario); NaN if a run is missing or failed, or does not move.
-    """
-
-    modes: Sequence[Mode]
-    margin: runs.Array
-    allowance: runs.Array
-
-
-def _check(
-    modes: Sequence[Mode], size: runs.Array | float = np.inf, lead: runs.Array | float = np.inf
-) -> Check:
-    """How far a δ is on the right side of zero, or of another δ."""
-    return Check(modes, np.minimum(size, lead), np.minimum(size, 0.5 * lead))
+NaN if a run is missing or failed, or does not move.
+"""
 
 
 def _leads(delta: runs.Array, modes: Iterable[Mode], level: int) -> list[Check]:
     """In each mode, one level above zero and above all others."""
-    own = [(mode, delta[..., mode[0], mode[1], :]) for mode in modes]
-    return [
-        _check([mode], each[..., level], each[..., level] - np.delete(each, level, axis=-1).max(axis=-1))
-        for mode, each in own
-    ]
+    own = [delta[..., q, b, :] for q, b in modes]
+    return [each[..., level] - np.delete(each, level, axis=-1).max(axis=-1, initial=0.0) for each in own]
 
 
 def _d2_is_most_sensitive(grid: ModeGrid, delta: runs.Array) -> list[Check]:
@@ -183,13 +168,13 @@ def _d2_is_most_sensitive(grid: ModeGrid, delta: runs.Array) -> list[Check]:
 def _d2_grows_with_leakage(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     modes = grid.modes(bulk_modulus=grid.normal)
     own = delta[..., [q for q, _ in modes], grid.normal, D2]
-    return [_check(modes, lead=np.diff(own).min(axis=-1))] if len(modes) > 1 else []
+    return [np.diff(own).min(axis=-1)] if len(modes) > 1 else []
 
 
 def _d2_falls_with_bulk_modulus(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     by_leakage = [grid.modes(leakage=leakage) for leakage in range(len(grid.leakage_flows))]
     return [
-        _check(modes, lead=-np.diff(delta[..., leakage, [b for _, b in modes], D2]).max(axis=-1))
+        -np.diff(delta[..., leakage, [b for _, b in modes], D2]).max(axis=-1)
         for leakage, modes in enumerate(by_leakage)
         if len(modes) > 1
     ]
@@ -201,11 +186,8 @@ def _d3_leads_above_normal(grid: ModeGrid, delta: runs.Array) -> list[Check]:
 
 def _d3_alone_is_positive(grid: ModeGrid, delta: runs.Array) -> list[Check]:
     modes = [mode for mode in grid.modes(leakage=0) if mode[1] > grid.normal]
-    own = [(mode, delta[..., mode[0], mode[1], :]) for mode in modes]
-    return [
-        _check([mode], np.minimum(each[..., D3], -np.delete(each, D3, axis=-1).max(axis=-1)))
-        for mode, each in own
-    ]
+    own = [delta[..., q, b, :] for q, b in modes]
+    return [np.minimum(each[..., D3], -np.delete(each, D3, axis=-1).max(axis=-1)) for each in own]
 
 
 def _no_level_is_always_largest(grid: ModeGrid, delta: runs.Array) -> list[Check]:
@@ -218,7 +200,7 @@ def _no_level_is_always_largest(grid: ModeGrid, delta: runs.Array) -> list[Check
         (np.delete(size, level, axis=-1).max(axis=-1) - size[..., level]).max(axis=-1)
         for level in range(size.shape[-1])
     ]
-    return [_check(modes, lead=np.min(shortfalls, axis=0))]
+    return [np.min(shortfalls, axis=0)]
 
 
 class Claim(NamedTuple):
@@ -288,21 +270,13 @@ class ClaimResult:
         """Whether all checks hold; None if that is not decided, or there is nothing to check."""
         if self.margin <= 0.0:
             return False
-        is_open = any(np.isnan(each.margin[self.scenarios]).any() for each in self.checks)
+        is_open = any(np.isnan(each[self.scenarios]).any() for each in self.checks)
         return True if self.margin > 0.0 and not is_open else None
 
     @property
     def margin(self) -> float:
         """The smallest margin of the checks that are decided [percentage points]; NaN if there is none."""
-        return self._least([each.margin for each in self.checks])
-
-    @property
-    def allowance(self) -> float:
-        """The smallest allowance of the checks that are decided [percentage points]; NaN if there is none."""
-        return self._least([each.allowance for each in self.checks])
-
-    def _least(self, numbers: list[runs.Array]) -> float:
-        found = [value for each in numbers for value in each[self.scenarios].tolist()]
+        found = [value for each in self.checks for value in each[self.scenarios].tolist()]
         return min((value for value in found if not math.isnan(value)), default=math.nan)
 
 
@@ -311,7 +285,7 @@ def claim_margins(grid: ModeGrid, delta: runs.Array) -> dict[str, runs.Array]:
 
     NaN where a claim is not decided.
     """
-    found = {claim.id: [check.margin for check in claim.checks(grid, delta)] for claim in CLAIMS}
+    found = {claim.id: claim.checks(grid, delta) for claim in CLAIMS}
     undecided = np.full((*delta.shape[:-2], len(grid.scenarios)), np.nan)
     return {name: np.min(margins, axis=0) if margins else undecided for name, margins in found.items()}
 
@@ -353,15 +327,13 @@ class Standing:
     """One way to look at the records: as configured, or settled.
 
     `shown` is δ of all runs against the fixed baseline at the configured phase, or of the undecimated
-    transform [%], shape (n_run, n_level); `fixed` and `matched` are δ against either at each start phase,
-    (n_phase, n_run, n_level).
+    transform [%], shape (n_run, n_level); `fixed` is the same at each start phase, (n_phase, n_run, n_level).
     """
 
     title: str
     grid: ModeGrid
     shown: runs.Array
     fixed: runs.Array
-    matched: runs.Array
 
     @cached_property
     def margins(self) -> dict[str, runs.Array]:
@@ -386,12 +358,11 @@ class Standing:
         held = sum(value > 0.0 for value in values)
         return Outcome(self.title, claim, held, int(np.isfinite(values).sum()), number, tuple(values))
 
-    def level(self, name: str, deltas: runs.Array, level: int, number: float = math.nan) -> Outcome:
-        """Where a level has the largest positive δ of a run; `deltas` has shape (n_phase, n_level)."""
-        known = deltas[np.isfinite(deltas).all(axis=1)]
-        held = int((runs.best_levels(known) == level).sum()) if len(known) else 0
-        values = np.full(len(deltas), math.nan) if level < 0 else deltas[:, level]
-        return Outcome(self.title, name, held, len(known), number, tuple(values.tolist()))
+    def alarm(self, name: str, run: int) -> Outcome:
+        """Where the d3 rule alarms on a run, by δd3."""
+        deltas, number = self.fixed[:, run], float(self.shown[run, D3])
+        n_known, held = int(np.isfinite(deltas).all(axis=1).sum()), int(alarms(deltas).sum())
+        return Outcome(self.title, name, held, n_known, number, tuple(deltas[:, D3].tolist()))
 
     def alarms(self, fixed: runs.Array) -> Mask:
         """Whether the d3 rule alarms on the sealed actuator at each β above the normal one.
@@ -426,9 +397,7 @@ def standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
     ):
         if title == "settled" and np.isnan(data.columns[variable]).all():
             return
-        own = runs.baseline_changes(data, variable)
-        phases = {kind: each[None] for kind, each in own.items()}
+        shown = phases = runs.baseline_changes(data, variable)["fixed"]
         if over_phases in data.columns:
-            changes = runs.baseline_changes(data, over_phases)
-            phases = {kind: np.moveaxis(each, 1, 0) for kind, each in changes.items()}
-        yield Standing(title, grid, own["fixed"], **phases)
+            phases = np.moveaxis(runs.baseline_changes(data, over_phases)["fixed"], 1, 0)
+        yield Standing(title, grid, shown, phases if phases.ndim > shown.ndim else shown[None])

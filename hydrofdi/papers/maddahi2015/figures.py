@@ -1,4 +1,4 @@
-"""Figures 2 to 4, spectra and the hydraulic mode of a scenario; what the conclusions depend on.
+"""Figures 2 to 4 of a scenario; what the conclusions depend on.
 
 That is, margins over the start phases, and shares over the scenarios.
 """
@@ -12,33 +12,16 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import ABSENT, CLAIMS, Outcome
 from hydrofdi.papers.maddahi2015.study import CLAIM_SETS, ScenarioStudy, StudyData
 from hydrofdi.report.figures.signals import PANELS, draw_beside
-from hydrofdi.report.figures.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MARKERS,
-    ORANGE,
-    RULE,
-    log_axis,
-    mark_bands,
-    series,
-    time_axis,
-)
-from hydrofdi.report.runs import ROUNDING
+from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE, series, time_axis
 from hydrofdi.report.table import FigureKind
-from hydrofdi.report.wording import kilopascal, litres_per_minute, mode_name, modulus_text, shown_modulus
+from hydrofdi.report.wording import kilopascal, mode_name
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients
-
-_NAMED = 14
-"""EBM that have room side by side."""
 
 
 def _position(study: StudyData, leakage: int, bulk_modulus: int) -> int:
@@ -69,12 +52,6 @@ def _pressures(study: StudyData, leakage: int) -> Iterator[tuple[float, int, Any
         yield study.grid.bulk_moduli[beta], position, time, pressure
 
 
-def _stacked(n_panel: int, width: float, lead: float, height: float) -> tuple[Figure, Any]:
-    """Panels below each other with common axes."""
-    figure = Figure(figsize=(width, lead + height * n_panel), layout="constrained")
-    return figure, figure.subplots(n_panel, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
-
-
 def draw_figure_2(study: StudyData) -> Figure:
     """Figure 2: (a) normal and (b) with the small leakage, both at the normal EBM."""
     grid, data = study.grid, study.data
@@ -99,7 +76,8 @@ def draw_details(study: StudyData, level: int) -> Figure:
     if level > wavelet.levels:
         raise ReportError(f"the experiment has no level d{level}")
     runs = [*_pressures(study, leakage)]
-    figure, axes = _stacked(len(runs), 7.0, 0.6, 1.6)
+    figure = Figure(figsize=(7.0, 0.6 + 1.6 * len(runs)), layout="constrained")
+    axes: Any = figure.subplots(len(runs), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for number, (axis, (modulus, position, time, pressure)) in enumerate(zip(axes, runs, strict=True)):
         instants, details = detail_coefficients(pressure, wavelet, level, time)
         axis.plot(instants, 1e-3 * details, color=series(number, len(runs))["color"], linewidth=0.7)
@@ -108,92 +86,6 @@ def draw_details(study: StudyData, level: int) -> Figure:
         axis.set(title=f"{mode}: RMS {kilopascal(rms)} kPa", ylabel=f"$d_{level}$ of $P_1$ [kPa]")
     time_axis(axes[-1], time)
     return figure
-
-
-def draw_spectrum(study: StudyData) -> Figure:
-    """Spectra of P_1, sealed and with the largest leakage, one line per EBM; none if it is still."""
-    leakages = list(dict.fromkeys((0, len(study.grid.leakage_flows))))
-    figure, axes = _stacked(len(leakages), 8.0, 0.8, 2.6)
-    has_spectrum = [_draw_leakage(axis, study, leakage) for axis, leakage in zip(axes, leakages, strict=True)]
-    if not any(has_spectrum):
-        raise ReportError("P_1 does not vary, so it has no spectrum")
-    for axis in axes:
-        log_axis(axis.xaxis)
-        log_axis(axis.yaxis)
-    lines, _ = axes[has_spectrum.index(True)].get_legend_handles_labels()
-    mode = Line2D([], [], color=INK, linewidth=1.2, linestyle=":", label="its mode $f_h$")
-    figure.legend(handles=[*lines, mode], loc="outside right upper", title="EBM")
-    axes[-1].set_xlabel("frequency [Hz]")
-    return figure
-
-
-def _draw_leakage(axis: Any, study: StudyData, leakage: int) -> bool:
-    """Draw the spectra of one leakage, and the bands; whether there is any spectrum."""
-    data, runs, has_spectrum = study.data, [*_pressures(study, leakage)], False
-    for number, (modulus, position, _, pressure) in enumerate(runs):
-        style = series(number, len(runs))
-        frequency, density = power_spectrum(pressure, data.experiment.record.sampling_frequency)
-        if np.ptp(pressure) > ROUNDING * np.abs(pressure).max():
-            axis.plot(frequency[1:], 1e-6 * density[1:], label=modulus_text(modulus), **style)
-            has_spectrum = True
-        mode = float(data.columns[names.MODE_FREQUENCY][position])
-        axis.axvline(mode, color=style["color"], linewidth=1.2, linestyle=":")
-    bands = study.table.bands
-    axis.grid(visible=False, axis="x", which="both")
-    mark_bands(axis, bands)
-    axis.set(
-        xlim=(bands[-1][0] / 2, bands[0][1]),
-        title=mode_name(_flow(study, leakage), 0.0).partition(" at ")[0],
-        ylabel="PSD of $P_1$ [kPa²/Hz]",
-    )
-    return has_spectrum
-
-
-def draw_mode_plane(study: StudyData) -> Figure:
-    """The hydraulic mode of every run, linearised at its median working point."""
-    grid, columns = study.grid, study.data.columns
-    positions = grid.positions[0]
-    frequency, damping = (
-        np.where(positions == ABSENT, np.nan, columns[name][positions])
-        for name in (names.MODE_FREQUENCY, names.MODE_DAMPING_RATIO)
-    )
-    if np.isnan(frequency).all():
-        raise ReportError("no run succeeded")
-    figure = Figure(figsize=(7.4, 4.2), layout="constrained")
-    axis = figure.subplots()
-    axis.plot(frequency, damping, color=RULE, linewidth=1.2, zorder=1)
-    for row in range(len(positions)):
-        style, flow = series(row, len(positions)), _flow(study, row)
-        axis.plot(
-            frequency[row], damping[row], **style, linewidth=0.9, marker=MARKERS[row % len(MARKERS)],
-            markerfacecolor=style["color"] if row else "none",
-            label=f"{litres_per_minute(flow)} L/min" if flow else "sealed",
-        )  # fmt: skip
-    _name_bulk_moduli(axis, study, frequency, damping)
-    low, high = np.nanmin(frequency), np.nanmax(frequency)
-    for level, (_, border) in enumerate(study.table.bands, 1):
-        if low * 0.9 < border < high * 1.1 and level > 1:
-            axis.axvline(border, color=INK, linewidth=0.8, linestyle=":")
-            axis.text(
-                border, 1.01, f" $d_{level}$ | $d_{level - 1}$ ", transform=axis.get_xaxis_transform(),
-                ha="center", va="bottom", color=INK,
-            )  # fmt: skip
-    axis.set(xlabel="frequency of the hydraulic mode $f_h$ [Hz]", ylabel="hydraulic damping ζ [–]")
-    title = f"leakage; numbers: EBM [{shown_modulus().unit}]"
-    axis.legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return figure
-
-
-def _name_bulk_moduli(axis: Any, study: StudyData, frequency: Any, damping: Any) -> None:
-    apart, last = np.ptp(frequency[np.isfinite(frequency)]) / _NAMED, -np.inf
-    for column, beta in enumerate(study.grid.bulk_moduli):
-        known = ~np.isnan(damping[:, column])
-        if known.any() and frequency[known, column][0] >= last + apart:
-            last = frequency[known, column][0]
-            at = (last, damping[known, column].max())
-            text = shown_modulus().text(beta)
-            axis.annotate(text, at, (0, 8), textcoords="offset points", ha="center", fontsize=8)
-    axis.margins(0.12, 0.15)
 
 
 _SENTENCES = {claim.id: fill(f"{claim.id}: {claim.sentence}", 38) for claim in CLAIMS}
@@ -328,8 +220,6 @@ def study_figures(study: StudyData) -> dict[str, FigureKind]:
         "figure2": ("Figure 2: signals and d2 of P_1, normal and with the small leakage", draw_figure_2),
         "figure3": ("Figure 3: d2 of P_1 over the EBM, small leakage", partial(draw_details, level=2)),
         "figure4": ("Figure 4: d3 of P_1 over the EBM, small leakage", partial(draw_details, level=3)),
-        "spectrum": ("Spectrum of P_1 with the bands of the levels and the hydraulic mode", draw_spectrum),
-        "mode_plane": ("The hydraulic mode: EBM moves its frequency, leakage its damping", draw_mode_plane),
         "phases": ("Claims and the sealed alarm at every start phase, and settled", draw_phases),
         "scenarios": ("Scenarios that reproduce the claims, and the values that carry it", draw_scenarios),
     }

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Mask, Standing, alarms
@@ -17,7 +16,7 @@ from hydrofdi.quality.measures import samples_per_period
 from hydrofdi.report import sections
 from hydrofdi.report.composition import rms_table
 from hydrofdi.report.indicators import indicators_block
-from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
+from hydrofdi.report.runs import Array, RunTable
 from hydrofdi.report.table import Block, FigureKind, Table, group_breaks, plain
 from hydrofdi.report.wording import joined, modulus_text
 from hydrofdi.settings.messages import counted
@@ -74,14 +73,14 @@ class StudyReport(StudyData):
         yield phases
         yield reference_block(self)
         yield indicators_block(self.indicators)
-        figures = ("figure2", "figure3", "figure4", "spectrum", "mode_plane")
+        figures = ("figure2", "figure3", "figure4")
         yield Block("signals", "Signals and details", figures=figures)
         yield sections.provenance_block(self.data)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.
 
-        The thousands of runs, checks and controls of an ensemble are left to the tidy forms; what they come
+        The thousands of runs and controls of an ensemble are left to the tidy forms; what they come
         to in each scenario stands under ``scenarios``.
         """
         is_single = self.scenarios is None
@@ -91,9 +90,7 @@ class StudyReport(StudyData):
         record |= {
             "claims": [claim_record(self, each) for each in self.claims],
             "guarded_claims": list(self.data.experiment.claims),
-            "controls": controls_record(self.sealed, self.leaky, self.standings)
-            if is_single
-            else {"sealed_alarms": [], "best_level_matched": []},
+            "controls": {"sealed_alarms": alarm_records(self.sealed, self.standings) if is_single else []},
             "reference": deviations(self.table, self.data.experiment.reference) if is_single else [],
         }
         if self.scenarios is not None:
@@ -121,7 +118,7 @@ class StudyReport(StudyData):
 
 
 def claim_record(study: StudyReport, result: ClaimResult) -> dict[str, Any]:
-    """A claim with its checks, and how it stands over the start phases; an ensemble leaves out checks."""
+    """A claim, and how it stands over the start phases."""
     claim = result.claim
     configured, *settled = (standing.claim(claim.id, study.looked_at) for standing in study.standings)
     record = {
@@ -130,8 +127,6 @@ def claim_record(study: StudyReport, result: ClaimResult) -> dict[str, Any]:
         "rule": claim.rule,
         "reproduced": result.reproduced,
         "margin_percentage_points": result.margin,
-        "each_may_move_percentage_points": result.allowance,
-        "checks": [*study.check_records(result)] if study.scenarios is None else [],
         "phases": configured.phases("margin_percentage_points"),
     }
     for outcome in settled:
@@ -154,7 +149,7 @@ def claims_block(study: StudyReport) -> Block:
         " it. –: open, cannot be decided (a run is missing, or the actuator does not move)."
     )
     records = [claim_record(study, each) for each in study.claims]
-    nested = ("checks", "phases", "settled")
+    nested = ("phases", "settled")
     table = Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
     return Block("claims", title, required(study), (table,))
 
@@ -209,50 +204,20 @@ def alarm_verdicts(delta: Array) -> list[bool | None]:
     return [None if is_open else bool(is_alarm) for is_alarm, is_open in pairs]
 
 
-def best_deltas(leaky: RunTable) -> tuple[NDArray[np.int64], Array]:
-    """The level with the largest positive δ against the matched baseline, −1 if none is; and that δ [%]."""
-    delta = leaky.changes("matched")
-    best = best_levels(delta)
-    return best, np.where(best < 0, np.nan, delta[np.arange(len(best)), best])
-
-
-def controls_record(
-    sealed: RunTable, leaky: RunTable, standings: Sequence[Standing]
-) -> dict[str, list[dict[str, Any]]]:
-    """What the d3 rule says of each run without any leak, and the best level of each leaky run."""
-    best, deltas = best_deltas(leaky)
+def alarm_records(sealed: RunTable, standings: Sequence[Standing]) -> list[dict[str, Any]]:
+    """What the d3 rule says of each run without any leak, as configured, and settled."""
 
     def alarmed(standing: Standing) -> dict[str, Any]:
         shown = standing.shown[sealed.positions]
-        outcomes = sealed_outcomes(sealed, standing)
-        phases = [each.phases("delta_d3_percent") for each in outcomes]
+        phases = [each.phases("delta_d3_percent") for each in sealed_outcomes(sealed, standing)]
         return {"alarm": alarm_verdicts(shown), "delta_fixed_percent": shown, "phases": phases}
 
-    def ranked(standing: Standing) -> dict[str, Any]:
-        at = zip(leaky.positions, best.tolist(), strict=True)
-        outcomes = (standing.level("", standing.matched[:, position], level) for position, level in at)
-        return {"phases": [each.phases("delta_matched_percent") for each in outcomes]}
-
-    leads = {
-        "leakage_L_per_min": [convert(flow, "L/min") for flow in leaky.leakage_flows.tolist()],
-        "level": level_names(best),
-        "delta_matched_percent": deltas,
-    }
-    return {
-        "sealed_alarms": _records(sealed, [*map(alarmed, standings)]),
-        "best_level_matched": _records(leaky, [leads | ranked(standings[0]), *map(ranked, standings[1:])]),
-    }
-
-
-def _records(table: RunTable, views: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A record for each run: what holds as configured, and settled."""
     columns: dict[str, Any] = {
-        "bulk_modulus_MPa": [convert(each, "MPa") for each in table[names.BULK_MODULUS].tolist()]
+        "bulk_modulus_MPa": [convert(each, "MPa") for each in sealed[names.BULK_MODULUS].tolist()]
     }
-    columns |= views[0]
-    if len(views) > 1:
-        columns["settled"] = [*Table.of(views[1])]
-    return [*Table.of(columns | ({"labels": table.labels} if table.label_names else {}))]
+    configured, *settled = map(alarmed, standings)
+    columns |= configured | ({"settled": [*Table.of(settled[0])]} if settled else {})
+    return [*Table.of(columns | ({"labels": sealed.labels} if sealed.label_names else {}))]
 
 
 NONE_GIVEN = (
@@ -375,9 +340,6 @@ def scenarios_record(study: ScenarioStudy) -> dict[str, Any]:
         "sealed_alarms": {
             name: {key: _share_record(study, outcomes, members) for key, outcomes in everywhere}
             for name, members in groups.items()
-        },
-        "best_level_d2_matched_above_normal": {
-            name: _share_record(study, study.is_d2_best, members) for name, members in groups.items()
         },
         "members": _members(study),
     }

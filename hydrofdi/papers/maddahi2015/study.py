@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -17,7 +17,6 @@ from hydrofdi.evaluation.rates import Rate
 from hydrofdi.papers.maddahi2015.claims import (
     ABSENT,
     CLAIMS,
-    D2,
     D3,
     ClaimResult,
     Mask,
@@ -31,8 +30,8 @@ from hydrofdi.papers.maddahi2015.claims import (
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.composition import Report
 from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
-from hydrofdi.report.runs import RunTable, baseline_changes, best_levels, normal_bulk_modulus
-from hydrofdi.report.wording import mode_name, modulus_text
+from hydrofdi.report.runs import RunTable, normal_bulk_modulus
+from hydrofdi.report.wording import modulus_text
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
 
@@ -158,17 +157,6 @@ class ScenarioStudy:
         found = [int((self.feasible & each.held(claims)).sum()) for each in self.standings[1:]]
         return found[0] if found else None
 
-    @property
-    def is_d2_best(self) -> Mask:
-        """Whether d2 is the best level of the leaky modes above the normal EBM under the matched baseline.
-
-        Shape (n_scenario, n_raised_mode).
-        """
-        delta = self.grid.leaky(baseline_changes(self.data)["matched"])
-        modes = [(q, b) for q, b in self.grid.modes() if b in self.grid.raised]
-        is_best: Mask = best_levels(delta)[:, [q for q, _ in modes], [b for _, b in modes]] == D2
-        return is_best
-
     @cached_property
     def value_shares(self) -> tuple[ValueShare, ...]:
         """The scenarios by the values of each parameter; parameters that vary together count as one."""
@@ -275,11 +263,6 @@ class StudyData(Report):
         return runs.of(runs.is_sealed & is_raised & (runs.n_level > D3))
 
     @cached_property
-    def leaky(self) -> RunTable:
-        """The leaky runs."""
-        return self._compared.of(~self._compared.is_sealed)
-
-    @cached_property
     def looked_at(self) -> Sequence[int]:
         """Positions of the scenarios that claims have to hold in: the feasible ones, or all."""
         if self.scenarios is None:
@@ -309,32 +292,11 @@ class StudyData(Report):
         """How the alarms on the sealed actuator stand over the start phases."""
         return [found for each in self.standings for found in sealed_outcomes(self.sealed, each)]
 
-    def check_records(self, result: ClaimResult) -> Iterator[dict[str, Any]]:
-        """Each check of a claim in each scenario; its runs are the healthy one, then the leaky ones."""
-        grid, run_ids = self.grid, self.data.columns[names.RUN_ID].astype(str)
-        for check in result.checks:
-            for scenario in result.scenarios:
-                leaky = [int(grid.positions[scenario, 1 + q, b]) for q, b in check.modes]
-                runs = [int(self.data.fixed_baseline[leaky[0]]), *leaky]
-                margin, labels = float(check.margin[scenario]), grid.scenarios[scenario]
-                yield {
-                    "runs": run_ids[runs].tolist(),
-                    "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
-                    "holds": None if math.isnan(margin) else margin > 0.0,
-                    "margin_percentage_points": margin,
-                    "each_may_move_percentage_points": float(check.allowance[scenario]),
-                } | ({"labels": labels} if labels else {})
-
 
 def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:
     """Where the d3 rule alarms, by δd3, at each EBM and further parameters."""
     return [
-        standing.level(
-            ", ".join(filter(None, [modulus_text(modulus), shown_values(labels)])),
-            standing.fixed[:, position],
-            D3,
-            float(standing.shown[position, D3]),
-        )
+        standing.alarm(", ".join(filter(None, [modulus_text(modulus), shown_values(labels)])), position)
         for modulus, labels, position in zip(
             sealed[names.BULK_MODULUS].tolist(), sealed.labels, sealed.positions, strict=True
         )

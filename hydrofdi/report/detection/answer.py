@@ -288,4 +288,4 @@ def levels_block(detection: Detection) -> Block | None:
         "Results come from the curve if it describes the points, otherwise only from the levels."
     )
     table = Table(tuple(columns), title, "levels", (note,))
-    return Block("levels", "Probability of detection", (paragraph,), (table,), ("pod", "roc", "det"))
+    return Block("levels", "Probability of detection", (paragraph,), (table,), ("pod", "roc"))

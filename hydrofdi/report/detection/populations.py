@@ -15,7 +15,7 @@ from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
 from hydrofdi.evaluation.sensitivity import EquivalentFault, Spread
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
-from hydrofdi.report.table import Block, Table, finite, group_breaks, numbers
+from hydrofdi.report.table import Block, Table, group_breaks, numbers
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import STATUS
@@ -108,9 +108,8 @@ _FIT = "Thresholds are set only on healthy fit records, results come from others
 _WHY = (
     "All records here are healthy; what differs from record to record on one actuator has a row of its own."
     " Alone: central 90 % range of the score while only this varies, relative to the range while all vary,"
-    " with its interval. Looks like: the severity that a healthy record in twenty looks like, or more. Hides:"
-    " what it takes to bring the score of another one in twenty back to its healthy median. Further nuisances"
-    " and all intervals are in JSON."
+    " with its interval. Looks like: the severity that a healthy record in twenty looks like, or more."
+    " Further nuisances are in JSON."
 )
 _MOST, _MOST_ROWS = 8, 6
 """Scores that are shown, and nuisances of each."""
@@ -154,12 +153,11 @@ def why_block(detection: Detection) -> Block | None:
             "record to record" if each.parameter == NOTHING else each.parameter,
             alone_text(each.alone),
             reach_text(each.imitated),
-            reach_text(each.hidden),
         )
         for name, own in shown.items()
         for each in [*sorted(own[:-1], key=size, reverse=True)[:_MOST_ROWS], *own[-1:]]
     ]
-    heads = ("Score", "Nuisance", "Alone [%]", f"Looks like{unit.bracket}", f"Hides{unit.bracket}")
+    heads = ("Score", "Nuisance", "Alone [%]", f"Looks like{unit.bracket}")
     columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
     table = Table.of(columns, key="nuisances", n_lead=2, breaks=group_breaks([name for name, *_ in rows]))
     refused = dict.fromkeys(refusal for _, refusals in found.values() for refusal in refusals)
@@ -174,14 +172,8 @@ def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
         {
             "parameter": each.parameter,
             "alone": each.alone and numbers(each.alone, "value", "low", "high") | {"n": each.alone.n_record},
-            "imitates": each.imitated and _fault_record(each.imitated, unit),
-            "hides": each.hidden and _fault_record(each.hidden, unit),
+            "imitates": each.imitated
+            and {"place": each.imitated.place, unit.key: unit.value(each.imitated.severity)},
         }
         for each in nuisances(detection, score)[0]
     ]
-
-
-def _fault_record(fault: EquivalentFault, unit: wording.SeverityUnit) -> dict[str, Any]:
-    """A fault, or the tested one that it lies below or above; an interval is open where its end is None."""
-    ends = {name: finite(unit.value(getattr(fault, name))) for name in ("low", "high")}
-    return {"place": fault.place, unit.key: unit.value(fault.severity), **ends}

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
 from hydrofdi.report.detection.populations import nuisance_records
 from hydrofdi.report.table import Block, Column, Table, finite, numbers
-from hydrofdi.settings.readable import HOLE
-from hydrofdi.studies.detecting import EvaluatedScore, Gain, are_shown, gain
 from hydrofdi.studies.records import Detection, Judgement
 
 _FOUND = ("q50", "q90", "q90_95", "q90_95_of_all")
@@ -83,7 +79,6 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
             for level, line, named in levels
             if level.area is not None
         ],
-        "partial_auc": finite(judgement.partial_area),
         "pod": [
             {
                 **named,
@@ -177,70 +172,29 @@ _MOST = 6
 """Columns of detectors."""
 
 
-Compared = tuple[Judgement, Gain | None, bool]
-"""A detector of a design, its gain over that of the first design, and whether the records show it."""
-
-
 def designs_block(detections: Sequence[Detection]) -> Block | None:
     """What each design finds with each set of sensors; None for a single design."""
     if len(detections) < 2:
         return None
     unit, rules = wording.severity_unit(detections[0]), detections[0].rules
-    confidence = f"{100.0 * rules.confidence:g}"
-
     sentence = (
         "Each design repeats the study with the same actuators. Columns: the best score with no more than"
         " these sensors in each design, and the wavelet rules."
     )
-    note = (
-        "↑ and ↓: detects more or fewer of the same leaking actuators than the first design, averaged over"
-        " all tested leaks; =: no difference shown, which does not prove that there is none"
-        f" ({confidence} % confidence for a column, thresholds resampled)."
-    )
-    title = f"q{100.0 * rules.probability:g}/{confidence}{unit.bracket}"
-    compared = _compared(tuple(detections))
+    title = f"q{100.0 * rules.probability:g}/{100.0 * rules.confidence:g}{unit.bracket}"
+    rows = [_columns(detection) for detection in detections]
     columns = [Column("Design", [_label(detections, each) for each in detections], is_text=True)]
-    for name in [*dict.fromkeys(name for row in compared for name in row)][:_MOST]:
-        own = [row.get(name) for row in compared]
-        found = (each and unit.found(each[0].smallest.get("q90_95")) + _mark(*each[1:]) for each in own)
-        columns.append(Column(name, [text or HOLE for text in found]))
-    table = Table(tuple(columns), title, "designs", (note,), (1,))
+    for name in [*dict.fromkeys(name for row in rows for name in row)][:_MOST]:
+        found = [each.smallest.get("q90_95") if (each := row.get(name)) else None for row in rows]
+        columns.append(Column(name, [*map(unit.found, found)]))
+    table = Table(tuple(columns), title, "designs", breaks=(1,))
     return Block("designs", "Comparison of designs", (sentence,), (table,))
 
 
-def _mark(own: Gain | None, is_shown: bool) -> str:
-    """↑ detects more than in the first design, ↓ less, = no difference shown."""
-    return "" if own is None else " =" if not is_shown else " ↑" if own.value > 0.0 else " ↓"
-
-
-@lru_cache(maxsize=4)
-def _compared(detections: tuple[Detection, ...]) -> tuple[Mapping[str, Compared], ...]:
-    """Column → detector, for each design; each column is a question of its own, and corrected by itself."""
-    rows, confidence = [_columns(detection) for detection in detections], detections[0].rules.confidence
-    table: list[dict[str, Compared]] = [{} for _ in rows]
-    for name in dict.fromkeys(name for row in rows for name in row):
-        own = [row.get(name) for row in rows]
-        gains = [None, *(_gain(own[0], each, confidence) for each in own[1:])]
-        for cells, detector, found, is_shown in zip(table, own, gains, are_shown(gains), strict=True):
-            if detector is not None:
-                cells[name] = (detector.judgement, found, is_shown)
-    return tuple(table)
-
-
-def _columns(detection: Detection) -> dict[str, EvaluatedScore]:
+def _columns(detection: Detection) -> dict[str, Judgement]:
     names = {frozenset(each.scored.channels): wording.sensors(each) for each in detection.judgements}
     best = {names[channels]: each for channels, each in wording.best_with_sensors(detection).items()}
-    rules = {each.scored.name: each for each in wording.wavelet_rules(detection)}
-    return {name: EvaluatedScore(detection.records, each) for name, each in (best | rules).items()}
-
-
-def _gain(reference: EvaluatedScore | None, other: EvaluatedScore | None, confidence: float) -> Gain | None:
-    if reference is None or other is None:
-        return None
-    try:
-        return gain(reference, other, confidence=confidence)
-    except NotStatedError:
-        return None
+    return best | {each.scored.name: each for each in wording.wavelet_rules(detection)}
 
 
 def _label(detections: Sequence[Detection], detection: Detection) -> str:
@@ -251,29 +205,6 @@ def _label(detections: Sequence[Detection], detection: Detection) -> str:
         if detection is detections[0] or first.get(name) != value:
             names[shown_value(name, value)].append(name)
     return ", ".join(f"{', '.join(alike)} = {value}" for value, alike in names.items()) or "as configured"
-
-
-def design_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
-    """The designs as plain data; empty for a single one."""
-    if len(detections) < 2:
-        return []
-    unit = wording.severity_unit(detections[0])
-    return [
-        {
-            "design": design_record(detection),
-            "detectors": [
-                {
-                    "column": name,
-                    "indicator": judgement.scored.name,
-                    "channels": list(judgement.scored.channels),
-                    f"q90_95{unit.suffix}": _found(judgement, "q90_95", unit)[0],
-                    "gain": own and numbers(own, "value", "low", "high", "p_value") | {"is_shown": is_shown},
-                }
-                for name, (judgement, own, is_shown) in row.items()
-            ],
-        }
-        for detection, row in zip(detections, _compared(tuple(detections)), strict=True)
-    ]
 
 
 def _found(judgement: Judgement, name: str, unit: wording.SeverityUnit) -> tuple[Any, ...]:

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hydrofdi.detectors.scores.contract import has_extra
 from hydrofdi.report import run_lengths, sections
 from hydrofdi.report.detection import answer, populations, record
-from hydrofdi.report.detection.wording import answers as answers_of
-from hydrofdi.report.detection.wording import finds, severity_unit
-from hydrofdi.report.run_lengths import estimate_records, estimates_block
+from hydrofdi.report.detection.wording import finds
+from hydrofdi.report.run_lengths import estimates_block
 from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
-from hydrofdi.store.shards import Columns
+from hydrofdi.store.layout.names import STATUS
 from hydrofdi.studies.charts import judge_charts
 from hydrofdi.studies.detecting import judge_study, winner
 from hydrofdi.studies.reading import asks_for_extra
@@ -32,19 +28,15 @@ from hydrofdi.studies.truth import Estimates, judge_estimates
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
 
-Simulate = Callable[[Sequence[float]], Columns]
-"""Leakage coefficients → signals of the nominal actuator, a row for each."""
-
-
-def report_study(data: ExperimentData, simulate: Simulate | None = None) -> DetectionReport:
-    """Judge a stored study and report on it; `simulate` makes the records that the report shows.
+def report_study(data: ExperimentData) -> DetectionReport:
+    """Judge a stored study and report on it.
 
     Raises
     ------
     ReportError
         The experiment has no study, or its file does not contain the runs of its study.
     """
-    report = DetectionReport(data.experiment.name, data.path, judge_study(data), data, simulate)
+    report = DetectionReport(data.experiment.name, data.path, judge_study(data), data)
     if not report.has_results:
         return report
     charted = (replace(each, charts=tuple(judge_charts(data, each.records))) for each in report.detections)
@@ -65,7 +57,6 @@ class DetectionReport:
     path: Path
     detections: tuple[Detection, ...]
     data: ExperimentData | None = None
-    simulate: Simulate | None = None
 
     @cached_property
     def estimates(self) -> tuple[Estimates, ...]:
@@ -104,7 +95,6 @@ class DetectionReport:
             *answers(*missing),
             *(sections.doubts_blocks(data) if data else ()),
             *answers(found, self._training),
-            self._signals,
             populations.populations_block(first, data.experiment if data else None),
             answer.ranking_block(first),
             answer.false_alarms_block(first),
@@ -116,7 +106,7 @@ class DetectionReport:
             answer.remarks_block(first),
             *after,
         )
-        return document_of(self.name, _LEAD, blocks, data if is_complete else None)
+        return document_of(self.name, _LEAD, blocks)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -128,10 +118,9 @@ class DetectionReport:
             "perfect_sensors": list(self._without_noise),
             **runs,
             "detection": [one for each in self.detections for one in record.detection_records(each)],
-            "estimates": estimate_records(self.estimates),
+            "estimates": [row for each in self.estimates for row in each.rows],
             "run_lengths": run_lengths.run_length_records(self.detections),
             "studies": [record.study_record(each) for each in self.detections],
-            "designs": record.design_records(self.detections),
         }
 
     def wide(self) -> dict[str, list[Any]]:
@@ -150,17 +139,7 @@ class DetectionReport:
             return {}
         from hydrofdi.report.figures.detection import detection_figures
 
-        figures = detection_figures(self.detections[0])
-        if self._signals is not None:
-            caption = "The nominal actuator, healthy and with the leak: same motion, same noise"
-            figures["signals"] = FigureKind(caption, self._draw_signals)
-        return figures
-
-    @property
-    def _leak(self) -> float:
-        """The smallest severity that is found, or the largest that is tested."""
-        found = [each.smallest["q90_95"].severity for each in answers_of(self.detections[0])]
-        return min(found, default=severity_unit(self.detections[0]).largest)
+        return detection_figures(self.detections[0])
 
     @property
     def _training(self) -> Block | None:
@@ -171,32 +150,6 @@ class DetectionReport:
         folder = shlex.quote(str(self.data.path.parent))
         command = f"hydrofdi train {folder} --best --out detector.json"
         return Block("train", "Train the winner", (f"train the winner: {command}",))
-
-    @property
-    def _signals(self) -> Block | None:
-        """A healthy record against a leaking one; None where none can be simulated."""
-        if self.simulate is None or not (np.isfinite(self._leak) and self.is_complete):
-            return None
-        leak = severity_unit(self.detections[0]).text(self._leak)
-        said = (
-            f"The nominal actuator without a leak, and with {leak} in the same motion: the smallest leak"
-            " that is found, or else the largest that is tested. The details are decimated: slow waves in"
-            " them are aliases."
-        )
-        return Block("signals", "Signals: healthy and leaking", (said,), (), ("signals",))
-
-    def _draw_signals(self) -> Any:
-        from hydrofdi.report.figures.signals import draw_beside
-
-        assert self.simulate is not None
-        assert self.data is not None
-        leak, own = self._leak, severity_unit(self.detections[0])
-        flows, coefficients = (self.data.columns[name] for name in (MEAN_LEAKAGE_FLOW, LEAKAGE_COEFFICIENT))
-        per_severity = (
-            np.median(coefficients[flows > 0.0] / flows[flows > 0.0]) if own.name == "L/min" else 1.0
-        )
-        columns = self.simulate([0.0, float(per_severity * leak)])
-        return draw_beside(columns, ["healthy", own.text(leak)], self.data.experiment.wavelet)
 
     def checks(self) -> dict[str, bool | None]:
         """Nothing: a study states no goals."""

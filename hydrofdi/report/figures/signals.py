@@ -1,4 +1,4 @@
-"""Signals of runs over time, in panels; one record at a glance, with its spectra and details."""
+"""Signals of runs over time, in panels; the channels of one record."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.report.figures import style
 from hydrofdi.store.layout import names
 from hydrofdi.store.shards import Columns
-from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.spectrum import power_spectrum
-from hydrofdi.transforms.wavelet import detail_coefficients, level_bands
+from hydrofdi.transforms.wavelet import detail_coefficients
 from hydrofdi.units import convert
 
 Panels = Mapping[str, tuple[str, str]]
@@ -37,10 +35,6 @@ _MOVING_PANELS: Panels = {
 """Shown if an option of the model makes them vary."""
 
 _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
-_DETAIL_UNIT = _READABLE | {"Pa": "kPa"}
-_MOST_LEVELS, _TAPS = 5, 16
-"""Most db8 levels of a record, and taps, which limit those of a short one."""
-
 _MOST_TITLE = 60
 
 
@@ -96,21 +90,24 @@ def draw_beside(
 
 @matplotlib.rc_context(style.SETTINGS)
 def draw_record(record: RecordBatch) -> Figure:
-    """Channels, power spectra and details of the first record of a batch."""
-    whole = [channel for channel, samples in record.channels.items() if np.isfinite(samples[0]).all()]
-    if not whole or record.n_time < 2:
+    """Channels of the first record of a batch."""
+    panels = _panels(record)
+    if record.n_time < 2 or not any(np.isfinite(samples[0]).any() for samples in record.channels.values()):
         raise ReportError("the record has no channel that can be drawn")
-    panels, most = _panels(record), (record.n_time // (_TAPS - 1)).bit_length() - 1
-    levels = max(0, min(_MOST_LEVELS, most))
-    figure = Figure(figsize=(10.0, 3.4 + 1.25 * max(len(panels), levels)), layout="constrained")
+    figure = Figure(figsize=(10.0, 0.8 + 1.25 * len(panels)), layout="constrained")
     figure.suptitle(_title(record), x=0.01, ha="left", fontsize=10)
-    halves: Any = figure.subfigures(2, 1, height_ratios=[1.25 * max(len(panels), levels), 2.8])
-    upper, lower = halves
-    left, right = upper.subfigures(1, 2)
-    _draw_time(left, record, panels)
-    if levels:
-        _draw_details(right, record, whole[0], levels)
-    _draw_spectra(lower, record, whole, levels)
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, channels in zip(axes, panels, strict=True):
+        for index, channel in enumerate(channels):
+            factor = 1.0 if channel in record.relative else convert(1.0, _READABLE[channel.unit])
+            samples, label = factor * record[channel][0], _words(channel).removesuffix(" pressure")
+            axis.plot(record.time, samples, **style.series(index), linewidth=0.7, label=label)
+        unit = record.unit(channels[0])
+        axis.set_ylabel("[-]" if unit == "1" else f"[{_READABLE.get(unit, unit)}]")
+        axis.set_title("pressure" if channels[0].is_pressure else _words(channels[0]))
+        if channels[0].is_pressure:
+            style.legend_above(axis, len(channels))
+    style.time_axis(axes[-1], record.time, 8)
     return style.shown(figure)
 
 
@@ -130,71 +127,5 @@ def _panels(record: RecordBatch) -> list[list[Channel]]:
     return [panel for panel in (scaled, counts) if panel] + others
 
 
-def _samples(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> tuple[Array, str]:
-    """Samples of a channel, and their unit."""
-    unit = record.unit(channel)
-    factor = 1.0 if channel in record.relative else convert(1.0, readable[channel.unit])
-    return np.asarray(factor * record[channel][0]), "-" if unit == "1" else readable.get(unit, unit)
-
-
 def _words(channel: Channel) -> str:
     return channel.value.replace("_", " ")
-
-
-def _place(channel: Channel) -> str:
-    """A pressure by its place."""
-    return _words(channel).removesuffix(" pressure")
-
-
-def _draw_time(figure: Any, record: RecordBatch, panels: list[list[Channel]]) -> None:
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    for axis, channels in zip(axes, panels, strict=True):
-        for index, channel in enumerate(channels):
-            samples, unit = _samples(record, channel, _READABLE)
-            axis.plot(record.time, samples, **style.series(index), linewidth=0.7, label=_place(channel))
-        axis.set_ylabel(f"[{unit}]")
-        axis.set_title("pressure" if channels[0].is_pressure else _words(channels[0]))
-        if channels[0].is_pressure:
-            style.legend_above(axis, len(channels))
-    style.time_axis(axes[-1], record.time, 8)
-
-
-def _draw_details(figure: Any, record: RecordBatch, channel: Channel, levels: int) -> None:
-    wavelet = WaveletConfig(levels=levels)
-    samples, unit = _samples(record, channel, _DETAIL_UNIT)
-    axes = figure.subplots(levels, 1, sharex=True, squeeze=False)[:, 0]
-    axes[0].set_title(f"details of the {_words(channel)} ({wavelet.name})")
-    for level, axis in enumerate(axes, 1):
-        instants, details = detail_coefficients(samples, wavelet, level, record.time)
-        axis.plot(instants, details, color=style.BLUE, linewidth=0.7)
-        axis.set_ylabel(f"$d_{level}$ [{unit}]")
-    figure.align_ylabels(axes)
-    style.time_axis(axes[-1], record.time, 8)
-
-
-def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels: int) -> None:
-    """Spectra of the pressures, or of the first channel, with the bands of the levels."""
-    pressures = [channel for channel in whole if channel.is_pressure] or whole[:1]
-    _, unit = _samples(record, pressures[0], _DETAIL_UNIT)
-    found = [(channel, *_samples(record, channel, _DETAIL_UNIT)) for channel in pressures]
-    alike = {channel: samples for channel, samples, own in found if own == unit}
-    axis = figure.subplots()
-    for index, (channel, samples) in enumerate(alike.items()):
-        frequency, density = power_spectrum(samples, record.sampling_frequency)
-        if np.ptp(samples) > 1e-12 * np.abs(samples).max():
-            axis.plot(
-                frequency[1:],
-                density[1:],
-                **style.series(index),
-                label=_words(channel).removesuffix(" pressure"),
-            )
-    style.log_axis(axis.xaxis)
-    style.log_axis(axis.yaxis)
-    style.mark_bands(axis, level_bands(record.sampling_frequency, levels))
-    axis.set_xlim(right=record.sampling_frequency / 2)
-    axis.set_ylabel(f"PSD [{unit}²/Hz]")
-    axis.set_xlabel("frequency [Hz]")
-    is_pressure = pressures[0].is_pressure
-    axis.set_title("power spectrum" if is_pressure else f"power spectrum of the {_words(pressures[0])}")
-    if axis.lines and is_pressure:
-        style.legend_above(axis, len(alike))

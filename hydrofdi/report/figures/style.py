@@ -12,8 +12,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from hydrofdi.evaluation.scores import Array
-
 BLUE, ORANGE, GREEN = "#0072b2", "#d55e00", "#009e73"
 PINK, GOLD, VIOLET, SKY, GREY = "#c2528b", "#9b6a00", "#7b61c9", "#1f8fc4", "#6e6e76"
 """Colours with a contrast of at least 3 on the light and on the dark ground (after Okabe and Ito)."""
@@ -124,35 +122,19 @@ def log_axis(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def mark_bands(axis: Any, bands: Sequence[tuple[float, float]]) -> None:
-    """Shade and name the bands of wavelet levels, d1 first."""
-    for level, (low, high) in enumerate(bands, 1):
-        if level % 2:
-            axis.axvspan(low, high, color="#808088", alpha=0.14, linewidth=0)
-        axis.text(
-            (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
-            ha="center", va="top", color=INK,
-        )  # fmt: skip
-
-
 _TICKS = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
 _PERCENT = (0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)
 
 
-def deviates(rates: Array, least: float) -> Array:
-    """Φ⁻¹ of rates, those of 0 and 1 drawn at the ends of the axis."""
-    from scipy.special import ndtri
+def logit_axis(axis: Any, least: float) -> None:
+    """Show percent on an axis of log-odds, from `least` to 1 - `least`."""
+    from matplotlib.ticker import NullLocator
 
-    return np.asarray(ndtri(np.clip(rates, least, 1.0 - least)))
-
-
-def normal_deviate_axis(axis: Any, least: float) -> None:
-    """Show percent on an axis of normal deviates, from `least` to 1 - `least`."""
-    ticks = np.array([tick for tick in _TICKS if least <= tick <= 1.0 - least])
-    axis.set_ticks(deviates(ticks, least), [f"{100.0 * tick:g}" for tick in ticks])
-    low, high = deviates(np.array([least, 1.0 - least]), least)
-    axis.axes.set(**{f"{axis.axis_name}lim": (low - 0.08, high + 0.08)})
+    ticks = [tick for tick in _TICKS if least <= tick <= 1.0 - least]
+    axis.axes.set(**{f"{axis.axis_name}scale": "logit", f"{axis.axis_name}lim": (least, 1.0 - least)})
+    axis.set_ticks(ticks, [f"{100.0 * tick:g}" for tick in ticks])
+    axis.set_minor_locator(NullLocator())
 
 
 def root_percent_axis(axes: Any, highest: float) -> None:

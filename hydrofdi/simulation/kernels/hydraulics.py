@@ -15,7 +15,6 @@ from hydrofdi.physics.cylinder import (
     line_pressure_rate,
     piston_acceleration,
     pressure_force,
-    supported_pressure_rate,
 )
 from hydrofdi.physics.equation import Quantity
 from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus, temperature_factor
@@ -24,7 +23,6 @@ from hydrofdi.physics.leakage import (
     blended_leakage_flow,
     dragged_pressure_difference,
     external_leakage_flow,
-    intermittent_onset,
     internal_leakage_flow,
     laminar_leakage_flow,
     onset_ramp,
@@ -112,11 +110,9 @@ def lane_parameters(
     if options.supply_ripple:
         # (7e): with its rate at the middle, a step is accurate to second order in the ripple.
         values["ripple"] = ripple_rate(middle, values["ripple"], values["ripple_frequency"])
-    leak, start, duration = values[LEAKAGE], values["onset_time"], values["onset_duration"]
     if options.ramped_leakage:
-        values[LEAKAGE] = leak * onset_ramp(time, start, duration)  # (11c)
-    if options.intermittent_leakage:
-        values[LEAKAGE] = leak * intermittent_onset(time, start, duration, values["onset_duty"])  # (11d)
+        share = onset_ramp(time, values["onset_time"], values["onset_duration"])  # (11c)
+        values[LEAKAGE] = values[LEAKAGE] * share
     return LaneParameters(**values)
 
 
@@ -305,13 +301,10 @@ def pressure_rates(
         modulus = 1.0
     position = position_in_cylinder(state, options)
     area_2, volume_2 = chamber_2(p, options)
-    rate_1, rate_2 = chamber_pressure_rates(  # (5), (6)
+    rates: tuple[float, float] = chamber_pressure_rates(  # (5), (6)
         position, net_1, net_2, modulus, p.volume, volume_2, p.area, area_2
     )
-    if options.clamped_cavitation:
-        rate_1 = supported_pressure_rate(state.pressure_1, rate_1, p.vapour_pressure)  # (5b)
-        rate_2 = supported_pressure_rate(state.pressure_2, rate_2, p.vapour_pressure)
-    return rate_1, rate_2
+    return rates
 
 
 def hydraulic_rates(

@@ -17,7 +17,7 @@ from hydrofdi.compilation.symbols import each, when, when_else
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.equation import NEGLIGIBLE, Quantity, limited
 from hydrofdi.physics.valve import acting_voltage, spool_acceleration
-from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
+from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, OPTIONAL, SAMPLED, STATES, WIDTH, ModelOptions
 
 SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
@@ -177,14 +177,11 @@ def steer(
         move_spool(right, k, step, options.limited_spool, options.hysteresis)
 
 
-def moved(state: State, time: float, rates: State, p: LaneParameters, options: ModelOptions) -> State:
-    """State after moving with constant rates for a time [s]; a boiling fluid has its vapour pressure."""
+def moved(state: State, time: float, rates: State, options: ModelOptions) -> State:
+    """State after moving with constant rates for a time [s]."""
     values = {name: getattr(state, name) for name in STATES}
     for name in _moving(options):
         values[name] = values[name] + time * getattr(rates, name)
-        if options.clamped_cavitation and name.startswith("pressure"):
-            # At the stages as well, so that no rate is taken at a pressure below that of the vapour.
-            values[name] = np.maximum(values[name], p.vapour_pressure)
     return State(**values)
 
 
@@ -309,11 +306,11 @@ def advance_lanes(
             y, z = state_of(left, k), state_of(right, k)
             y1 = hydraulic_rates(y, left.spool_1[k], f, p, options)
             z1 = hydraulic_rates(z, right.spool_1[k], g, q, options)
-            y2 = hydraulic_rates(moved(y, half_step, y1, p, options), left.spool_2[k], f, p, options)
-            z2 = hydraulic_rates(moved(z, half_step, z1, q, options), right.spool_2[k], g, q, options)
-            y3 = hydraulic_rates(moved(y, half_step, y2, p, options), left.spool_3[k], f, p, options)
-            z3 = hydraulic_rates(moved(z, half_step, z2, q, options), right.spool_3[k], g, q, options)
-            y4 = hydraulic_rates(moved(y, step, y3, p, options), left.spool_4[k], f, p, options)
-            z4 = hydraulic_rates(moved(z, step, z3, q, options), right.spool_4[k], g, q, options)
-            keep_state(left, k, moved(y, sixth_step, weighted(y1, y2, y3, y4), p, options), options)
-            keep_state(right, k, moved(z, sixth_step, weighted(z1, z2, z3, z4), q, options), options)
+            y2 = hydraulic_rates(moved(y, half_step, y1, options), left.spool_2[k], f, p, options)
+            z2 = hydraulic_rates(moved(z, half_step, z1, options), right.spool_2[k], g, q, options)
+            y3 = hydraulic_rates(moved(y, half_step, y2, options), left.spool_3[k], f, p, options)
+            z3 = hydraulic_rates(moved(z, half_step, z2, options), right.spool_3[k], g, q, options)
+            y4 = hydraulic_rates(moved(y, step, y3, options), left.spool_4[k], f, p, options)
+            z4 = hydraulic_rates(moved(z, step, z3, options), right.spool_4[k], g, q, options)
+            keep_state(left, k, moved(y, sixth_step, weighted(y1, y2, y3, y4), options), options)
+            keep_state(right, k, moved(z, sixth_step, weighted(z1, z2, z3, z4), options), options)

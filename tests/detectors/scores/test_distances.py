@@ -154,14 +154,18 @@ def weights_of(model, n_feature):
     return model.score(np.eye(n_feature)) - model.score(np.zeros((1, n_feature)))
 
 
-@pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
+every_score = pytest.mark.parametrize("name", score_names())
+learners = pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
+
+
+@learners
 def test_weights_are_those_of_the_true_log_odds(name):
     draw = np.random.default_rng(1)
     found = weights_of(make_score(name).fit(*gaussians(draw, 50_000, COVARIANCE, DISTANCE)), 3)
     np.testing.assert_allclose(found, WEIGHTS, atol=0.05)
 
 
-@pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
+@learners
 def test_a_fault_that_only_shows_across_a_nuisance_is_found_whatever_the_nuisance(name):
     draw = np.random.default_rng(3)
 
@@ -176,7 +180,7 @@ def test_a_fault_that_only_shows_across_a_nuisance_is_found_whatever_the_nuisanc
     assert np.mean(shifted > np.quantile(healthy, 0.99)) < 0.3
 
 
-@pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
+@learners
 def test_records_that_lie_wholly_apart_and_features_given_twice_are_no_obstacle(name):
     draw = np.random.default_rng(6)
     is_faulty = np.arange(40) >= 20
@@ -195,10 +199,6 @@ def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
     model = make_score("lda").fit(np.vstack([healthy, faulty + apart]), is_faulty)
     np.testing.assert_allclose(weights_of(model, 2), apart / np.mean(spreads**2, axis=0), atol=0.05)
     assert model.score([apart / 2.0])[0] == pytest.approx(0.0, abs=0.05)
-
-
-every_score = pytest.mark.parametrize("name", score_names())
-learners = pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
 
 
 def area(scores, is_faulty):
@@ -229,14 +229,15 @@ def test_labels_of_groups_tell_nothing_where_whole_groups_are_left_out(name):
     assert 0.2 < area(by_unit, is_faulty).value < 0.65
 
 
+@pytest.mark.parametrize("is_fit", [np.arange(120) >= 0, np.arange(120) % 7 > 0], ids=["all fit", "six of 7"])
 @every_score
-def test_no_record_is_scored_by_a_model_that_saw_its_group(name):
+def test_no_record_is_scored_by_a_model_that_saw_its_group(name, is_fit):
     values, is_faulty = Population(seed=3).labelled(60, 60, 1.0)
-    groups = [f"day {record % 6}" for record in range(120)]
-    rows = np.arange(120) % 6 == 2
-    expected = make_score(name).fit(values[~rows], is_faulty[~rows]).score(values[rows])
+    day = np.arange(120) % 6
+    rows, groups, taught = day == 2, [f"day {number}" for number in day], is_fit & (day != 2)
+    expected = make_score(name).fit(values[taught], is_faulty[taught]).score(values[rows])
     np.testing.assert_array_equal(
-        cross_fitted_scores(make_score(name), values, is_faulty, groups)[rows], expected
+        cross_fitted_scores(make_score(name), values, is_faulty, groups, is_fit=is_fit)[rows], expected
     )
 
 
@@ -266,14 +267,3 @@ def test_every_fold_has_records_of_both_kinds_where_there_are_enough():
     for seed in range(20):
         scores = cross_fitted_scores(make_score("lda"), values, is_faulty, n_fold=6, seed=seed)
         assert np.isfinite(scores).all()
-
-
-def test_records_that_are_no_fit_records_do_not_meet_a_model_of_their_group():
-    values, is_faulty = Population(seed=4).labelled(60, 60, 1.0)
-    is_fit, day = np.arange(120) % 7 > 0, np.arange(120) % 6
-    scores = cross_fitted_scores(
-        make_score("lda"), values, is_faulty, [f"day {number}" for number in day], is_fit=is_fit
-    )
-    taught = is_fit & (day != 2)
-    model = make_score("lda").fit(values[taught], is_faulty[taught])
-    np.testing.assert_array_equal(scores[day == 2], model.score(values[day == 2]))

@@ -39,7 +39,9 @@ def test_a_large_fault_is_found_in_records_that_were_not_fitted_on(name, populat
 
 
 @every_score
-def test_a_record_scores_the_same_whatever_is_scored_with_it(name, population):
+def test_a_record_scores_the_same_whatever_is_scored_with_it_and_has_no_score_if_it_is_not_measured(
+    name, population
+):
     model = fitted(name, *population.labelled(100, 100, 1.0))
     records = population.records(203, 0.5)
     together = model.score(records)
@@ -47,28 +49,22 @@ def test_a_record_scores_the_same_whatever_is_scored_with_it(name, population):
         np.testing.assert_array_equal(model.score(records[rows]), together[rows])
     np.testing.assert_array_equal(model.score(np.asfortranarray(records)), together)
     assert model.score(records[:0]).shape == (0,)
+    records[3, 0], records[7, 5], records[11] = np.nan, np.inf, np.nan
+    together[[3, 7, 11]] = np.nan
+    np.testing.assert_array_equal(model.score(records), together)
 
 
 @every_score
-def test_what_is_not_measured_has_no_score_and_leaves_the_others_alone(name, population):
-    model = fitted(name, *population.labelled(100, 100, 1.0))
-    records = population.records(30)
-    holed = records.copy()
-    holed[3, 0], holed[7, 5], holed[11] = np.nan, np.inf, np.nan
-    whole = ~np.isin(np.arange(30), (3, 7, 11))
-    np.testing.assert_array_equal(np.isnan(model.score(holed)), ~whole)
-    np.testing.assert_array_equal(model.score(holed)[whole], model.score(records)[whole])
-
-
-@every_score
-def test_fit_records_that_are_not_measured_teach_nothing(name, population):
+def test_what_is_not_measured_teaches_nothing_and_faulty_records_only_scores_that_need_them(name, population):
     values, is_faulty = population.labelled(100, 100, 1.0)
-    records = population.records(10)
+    records, needs_faulty = population.records(20), score_kind(name).needs_faulty
+    expected = fitted(name, values, is_faulty).score(records)
     more = np.vstack([values, np.full((4, 6), np.nan)])
     model = fitted(name, more, np.append(is_faulty, [True, False, True, False]))
-    np.testing.assert_array_equal(model.score(records), fitted(name, values, is_faulty).score(records))
-    assert model.n_healthy == 100
-    assert model.n_faulty == (100 if score_kind(name).needs_faulty else 0)
+    np.testing.assert_array_equal(model.score(records), expected)
+    assert (model.n_healthy, model.n_faulty) == (100, 100 if needs_faulty else 0)
+    otherwise = values + np.where(is_faulty, 7.0, 0.0)[:, None] * population.fault
+    assert (fitted(name, otherwise, is_faulty).score(records) == expected).all() != needs_faulty
 
 
 def damages(data):
@@ -105,23 +101,19 @@ def test_the_boundary_of_one_class_is_that_of_the_support_vector_machine(populat
     np.testing.assert_allclose(model.score(records), -machine.decision_function(white(records)), atol=1e-12)
 
 
-@every_score
-def test_faulty_records_teach_only_scores_that_need_them(name, population):
-    values, is_faulty = population.labelled(100, 100, 1.0)
-    records = population.records(20)
-    otherwise = values + np.where(is_faulty, 7.0, 0.0)[:, None] * population.fault
-    same = fitted(name, values, is_faulty).score(records) == fitted(name, otherwise, is_faulty).score(records)
-    assert same.all() != score_kind(name).needs_faulty
-
-
 @standardised
-def test_a_constant_feature_does_nothing(name, population):
+def test_constant_features_and_units_do_nothing(name, population):
     values, is_faulty = population.labelled(100, 100, 1.0)
-    records = population.records(20, 0.5)
+    records = population.records(50, 0.5)
     expected = fitted(name, values, is_faulty).score(records)
     for constant in (0.0, 1e9 / 3.0):
         model = fitted(name, np.insert(values, 3, constant, axis=1), is_faulty)
         np.testing.assert_array_equal(model.score(np.insert(records, 3, constant + 1.0, axis=1)), expected)
+    scale, offset = np.array([1.0, 1e6, 1e-9, 3.0, 1e3, 0.1]), np.array([0.0, 1e6, 1.0, -2.0, 0.0, 5.0])
+    model = fitted(name, values * scale + offset, is_faulty)
+    np.testing.assert_allclose(model.score(records * scale + offset), expected, rtol=1e-3, atol=1e-5)
+    with pytest.raises(NotStatedError, match="var"):
+        fitted(name, np.full((40, 3), 1.0 / 3.0), np.arange(40) >= 20)
 
 
 def test_a_feature_that_is_mostly_the_same_still_tells():
@@ -131,16 +123,6 @@ def test_a_feature_that_is_mostly_the_same_still_tells():
     values[:, 1] = np.where(draw.uniform(size=400) < 0.1, 1.0, 0.0)
     distances = fitted("mahalanobis", values, np.zeros(400, dtype=bool)).score([[0.0, 0.0], [0.0, 3.0]])
     assert distances[1] > distances[0] + 25.0
-
-
-@standardised
-def test_the_units_of_features_do_not_matter(name, population):
-    values, is_faulty = population.labelled(100, 100, 1.0)
-    records = population.records(50, 0.5)
-    scale, offset = np.array([1.0, 1e6, 1e-9, 3.0, 1e3, 0.1]), np.array([0.0, 1e6, 1.0, -2.0, 0.0, 5.0])
-    model = fitted(name, values * scale + offset, is_faulty)
-    expected = fitted(name, values, is_faulty).score(records)
-    np.testing.assert_allclose(model.score(records * scale + offset), expected, rtol=1e-3, atol=1e-5)
 
 
 @standardised
@@ -173,17 +155,14 @@ def test_too_few_records_are_refused_in_a_sentence(name, has_some, population):
         fitted(name, values, is_faulty)
 
 
-@standardised
-def test_features_that_do_not_vary_are_refused(name):
-    with pytest.raises(NotStatedError, match="var"):
-        fitted(name, np.full((40, 3), 1.0 / 3.0), np.arange(40) >= 20)
-
-
 WITHOUT_THE_EXTRA = """
-import sys; sys.modules["sklearn"] = None
+import sys
 import numpy as np
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.detectors.rules import make_score, score_names
+from hydrofdi.detectors.rules import make_score, score_kind, score_names
+kinds = [score_kind(name) for name in score_names()]
+assert "sklearn" not in sys.modules, "it is loaded only to fit"
+sys.modules["sklearn"] = None
 values, is_faulty = np.random.default_rng(1).normal(size=(80, 3)), np.arange(80) >= 40
 for name in score_names():
     try:
@@ -199,12 +178,3 @@ def test_without_the_extra_scores_say_what_to_install():
     assert (done.returncode, done.stdout.split()) == (0, ["compensated", "either", "largest_change"]), (
         done.stderr
     )
-
-
-def test_the_room_loads_scikit_learn_only_to_fit():
-    code = (
-        "import sys; from hydrofdi.detectors.rules import score_kind, score_names;"
-        "[score_kind(name) for name in score_names()]; print('sklearn' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"

@@ -16,6 +16,7 @@ from hydrofdi.detectors.trained.file import (
 from hydrofdi.detectors.trained.verdicts import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
+from tests.records.measuring import csv_of
 
 FREQUENCY = 1000.0
 
@@ -70,7 +71,7 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
             "unit": feature.described.unit,
             "channels": channels,
             "sampling_frequency": FREQUENCY,
-            "n_sample": 0 if config.window.by == "estimate" else 1000,
+            "n_sample": 1000,
             "basis": Basis(
                 sources=("made",), n_record=99, n_window=99, n_group=0, populations={}, not_judged={}
             ),
@@ -101,7 +102,6 @@ def with_chart(file, chart="cusum", limit=8.0, **options):
 
 
 def noise_detector(folder, **config):
-    """The file of a detector of the noise of P1."""
     path = folder / "detector.json"
     path.write_text(detector_text(with_limit(1.2, has_ranges=True, **config)), encoding="utf-8")
     return path
@@ -119,7 +119,5 @@ def pressure(n_window=5, seed=1, leaking=()):
 
 def written(path, samples, frequency=FREQUENCY, name="P1 [Pa]"):
     time = np.arange(samples.size) / frequency
-    rows = zip(time.tolist(), samples.tolist(), strict=True)
-    lines = (f"{instant!r},{value!r}\n" for instant, value in rows)
-    path.write_text("".join([f"time [s],{name}\n", *lines]), encoding="utf-8")
+    path.write_text(csv_of(("time [s]", time), (name, samples)), encoding="utf-8")
     return path

@@ -34,14 +34,10 @@ def test_an_alarm_on_a_gap_or_a_score_states_its_mean_flow(gap, machine, flows):
     assert np.quantile(flow / truth, 0.1) > 0.7
     assert np.quantile(flow / truth, 0.9) < 1.4
     assert np.all((low < truth) & (truth < high))
-    assert machine == "scored" or not any(
-        "compressib" in doubt or "misfit" in doubt for doubt in told["doubt"]
-    )
-
-
-def test_healthy_windows_are_not_doubtful(gap):
-    doubts = gap.judge(FOREIGN / "gap_history.yaml")["doubt"].tolist()
-    assert sum(doubt != "" for doubt in doubts) <= 2  # of 52
+    if machine == "gap":
+        assert not any("compressib" in doubt or "misfit" in doubt for doubt in told["doubt"])
+        doubts = gap.judge(FOREIGN / "gap_history.yaml")["doubt"].tolist()
+        assert sum(doubt != "" for doubt in doubts) <= 2, "of 52 healthy windows"
 
 
 def test_a_balance_without_position_trains_and_covers_possible_moduli_alone():
@@ -61,10 +57,6 @@ def test_a_free_clearance_has_two_alarms_and_a_gap_alarms_by_the_total_flow():
 
 
 def test_a_stated_output_has_one_alarm():
-    detector = hydrofdi.train(
-        FOREIGN / "gap_history.yaml",
-        {"weak_rls": {"supply": "sum", "spool": "command"}},
-        output="leakage",
-        **WINDOWS,
-    )
+    indicators = {"weak_rls": {"supply": "sum", "spool": "command"}}
+    detector = hydrofdi.train(FOREIGN / "gap_history.yaml", indicators, output="leakage", **WINDOWS)
     assert detector.file.config.score is None

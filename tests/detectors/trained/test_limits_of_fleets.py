@@ -74,9 +74,8 @@ def test_of_a_fleet_whose_machines_are_equally_noisy_the_limit_is_the_conjugate_
 
 
 def test_of_a_fleet_that_says_nothing_the_limit_is_that_of_own_normal_scores():
-    vague = Fleet(
-        n_machine=100, mean=0.0, mean_deviation=1e4, log_deviation=0.0, log_deviation_deviation=30.0
-    )
+    nothing = {"mean": 0.0, "mean_deviation": 1e4, "log_deviation": 0.0, "log_deviation_deviation": 30.0}
+    vague = TRUE.model_copy(update=nothing)
     own = np.random.default_rng(1).normal(50.0, 2.0, 20)
     student = own.mean() + t.isf(0.01, 19) * own.std(ddof=1) * sqrt(1.0 + 1.0 / 20.0)
     found = posterior(own, vague)
@@ -100,62 +99,61 @@ def test_fewer_than_five_machines_are_no_fleet():
 
 def records(seed, n_machine, n_window):
     draw = np.random.default_rng(seed)
-    own = (
-        85e5 + 3e4 * draw.standard_normal((n_machine, 1)) + 1e4 * draw.standard_normal((n_machine, n_window))
-    )
-    return np.repeat(own, 50, axis=1) + 1e3 * draw.standard_normal((n_machine, 50 * n_window))
+    of_machines, own = draw.standard_normal((n_machine, 1)), draw.standard_normal((n_machine, n_window))
+    levels = np.repeat(85e5 + 3e4 * of_machines + 1e4 * own, 50, axis=1)
+    return levels + 1e3 * draw.standard_normal(levels.shape)
+
+
+OWN = records(1, 1, 5)
+STATED = {"indicator": "pressure_statistics", "output": "mean", "direction": "rising", "window": "1 s"}
+
+
+def train(data=OWN, **more):
+    return hydrofdi.train(data, **{"sampling_frequency": 50} | more)
 
 
 @pytest.fixture(scope="module")
 def fleet(tmp_path_factory):
     path = tmp_path_factory.mktemp("fleet") / "fleet.json"
-    hydrofdi.train(
-        records(0, 30, 10), "pressure_statistics", output="mean", direction="rising", window="1 s",
-        sampling_frequency=50, out=path,
-    )  # fmt: skip
+    train(records(0, 30, 10), **STATED, out=path)
     return path
 
 
 def test_training_states_both_sources_and_the_file_is_read_again(fleet, tmp_path):
-    own, path = records(1, 1, 5), tmp_path / "own.json"
+    path = tmp_path / "own.json"
     with pytest.raises(NotStatedError):
-        hydrofdi.train(own, "pressure_statistics", output="mean", direction="rising", window="1 s",
-                       sampling_frequency=50)  # fmt: skip
-    detector = hydrofdi.train(own, fleet=fleet, sampling_frequency=50, out=path)
+        train(**STATED)
+    detector = train(fleet=fleet, out=path)
     assert detector.file.limits.interval_rests_on == "fleet"
     assert "5 own windows and the fleet fleet.json, 30 machines" in detector.summary
     again = hydrofdi.Detector.load(path)
     assert again.file == detector.file
     low, high = again.file.limits.interval
     assert low < 0.01 < high
-    assert bool(again.judge(own + 2e5, sampling_frequency=50)["beyond_limit"].all())
+    assert bool(again.judge(OWN + 2e5, sampling_frequency=50)["beyond_limit"].all())
+    assert train(fleet=fleet, false_alarm_rate="5 %").file.limits.high < detector.file.limits.high
+    with pytest.raises(ConfigError, match="is not a fleet"):
+        train(fleet=path)
 
 
 def test_enough_own_windows_need_no_fleet(fleet):
-    detector = hydrofdi.train(records(1, 1, 120), fleet=fleet, sampling_frequency=50)
+    detector = train(records(1, 1, 120), fleet=fleet)
     assert detector.file.limits.interval_rests_on == "windows"
     assert "fleet" not in detector.summary
 
 
 def test_the_score_of_a_fleet_is_used_as_it_was_learned(tmp_path):
-    healthy, path = records(0, 30, 10), tmp_path / "fleet.json"
     config = {"indicators": {"p": {"kind": "pressure_statistics"}},
               "score": {"kind": "largest_change", "of": ["p.mean", "p.standard_deviation"]}}  # fmt: skip
-    hydrofdi.train(healthy, config=config, window="1 s", sampling_frequency=50, out=path)
-    detector = hydrofdi.train(records(1, 1, 5), fleet=path, sampling_frequency=50)
-    assert detector.file.score == hydrofdi.Detector.load(path).file.score
+    train(records(0, 30, 10), config=config, window="1 s", out=tmp_path / "fleet.json")
+    learned = hydrofdi.Detector.load(tmp_path / "fleet.json").file.score
+    assert train(fleet=tmp_path / "fleet.json").file.score == learned
 
 
-def test_what_is_no_fleet_and_other_settings_are_refused(fleet, tmp_path):
-    own = records(1, 1, 5)
-    hydrofdi.train(own, fleet=fleet, sampling_frequency=50, out=tmp_path / "own.json")
-    with pytest.raises(ConfigError, match="is not a fleet"):
-        hydrofdi.train(own, fleet=tmp_path / "own.json", sampling_frequency=50)
-    with pytest.raises(ConfigError, match=r"fleet: .*direction"):
-        hydrofdi.train(own, fleet=fleet, direction="falling", sampling_frequency=50)
-    with pytest.raises(ConfigError, match="fleet"):
-        hydrofdi.train(own, "dwt", fleet=fleet, sampling_frequency=50)
-    with pytest.raises(DataError, match="50 Hz"):
-        hydrofdi.train(own, fleet=fleet, sampling_frequency=100)
-    wider = hydrofdi.train(own, fleet=fleet, false_alarm_rate="5 %", sampling_frequency=50)
-    assert wider.file.limits.high < hydrofdi.train(own, fleet=fleet, sampling_frequency=50).file.limits.high
+@pytest.mark.parametrize(("error", "words", "more"), [
+    (ConfigError, "fleet: .*direction", {"direction": "falling"}),
+    (ConfigError, "fleet", {"indicator": "dwt"}), (DataError, "50 Hz", {"sampling_frequency": 100}),
+])  # fmt: skip
+def test_other_settings_than_those_of_the_fleet_are_refused(fleet, error, words, more):
+    with pytest.raises(error, match=words):
+        train(fleet=fleet, **more)

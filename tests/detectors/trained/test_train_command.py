@@ -8,6 +8,7 @@ import pytest
 
 from hydrofdi.detectors.trained.file import load_detector
 from tests.conftest import sweep_in
+from tests.records.measuring import csv_of
 
 HEADER = "time [s],P1 [bar],P2 [bar],u [V]"
 
@@ -17,16 +18,9 @@ def write_record(path, seed, leak=0.0, n_sample=400):
     draw = np.random.default_rng(seed)
     time = np.arange(n_sample) / 100.0
     swing = (1.0 - leak) * np.sin(2.0 * np.pi * time)
-    rows = np.column_stack(
-        [
-            time,
-            80.0 + 20.0 * swing + 0.2 * draw.standard_normal(n_sample),
-            80.0 - 20.0 * swing + 0.2 * draw.standard_normal(n_sample),
-            np.sign(swing),
-        ]
-    )
+    p1, p2 = (80.0 + sign * 20.0 * swing + 0.2 * draw.standard_normal(n_sample) for sign in (1.0, -1.0))
     path.parent.mkdir(exist_ok=True)
-    np.savetxt(path, rows, fmt="%.6g", delimiter=",", header=HEADER, comments="")
+    path.write_text(csv_of(*zip(HEADER.split(","), (time, p1, p2, np.sign(swing)), strict=True)))
 
 
 MEASURED = """\
@@ -150,16 +144,7 @@ def test_settings_come_from_a_file_and_options_win(hydrofdi, tmp_path):
 
 def test_a_chart_keeps_a_stated_time_between_false_alarms_if_the_hours_carry_it(hydrofdi, tmp_path):
     write_record(tmp_path / "run.csv", 1, n_sample=4000)
-    asked = (
-        "train",
-        "run.csv",
-        *DETECTOR,
-        "--out",
-        "detector.json",
-        "--window",
-        "1 s",
-        "--false-alarm-every",
-    )
+    asked = "train", "run.csv", *DETECTOR, *TRAIN[-2:], "--window", "1 s", "--false-alarm-every"
     done = hydrofdi(*asked, "10 s", "--chart", "ewma")
     assert done.returncode == 0, done.stderr
     file = load_detector(tmp_path / "detector.json")
@@ -172,7 +157,7 @@ def test_a_chart_keeps_a_stated_time_between_false_alarms_if_the_hours_carry_it(
     assert "needs 720 h" in refused.stderr
 
 
-def test_only_a_detector_or_nothing_stands_where_a_detector_is_written(hydrofdi, tmp_path):
+def test_only_a_detector_or_nothing_stands_where_a_detector_is_written_and_a_link_stays(hydrofdi, tmp_path):
     write_record(tmp_path / "run.csv", 1, n_sample=4000)
     before = (tmp_path / "run.csv").read_bytes()
     os.mkfifo(tmp_path / "pipe")
@@ -185,22 +170,16 @@ def test_only_a_detector_or_nothing_stands_where_a_detector_is_written(hydrofdi,
     assert not (tmp_path / "absent").exists()
     assert (tmp_path / "empty.json").read_bytes() == b""
     assert (tmp_path / "run.csv").read_bytes() == before
-
-
-def test_behind_a_symbolic_link_the_detector_is_written_and_the_link_stays(hydrofdi, tmp_path):
-    write_record(tmp_path / "run.csv", 1, n_sample=4000)
     (tmp_path / "detector.json").symlink_to("target.json")
     for _ in range(2):
-        assert hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s").returncode == 0
+        done = hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s", "--every", "0.5 s")
+        assert done.returncode == 0, done.stderr
     assert (tmp_path / "detector.json").is_symlink()
-    load_detector(tmp_path / "target.json")
+    assert load_detector(tmp_path / "target.json").limits.interval_rests_on == "windows"
 
 
 def test_what_one_record_does_not_carry_is_refused(hydrofdi, tmp_path):
     write_record(tmp_path / "run.csv", 1, n_sample=4000)
-    done = hydrofdi("train", "run.csv", *TRAIN, "--window", "1 s", "--every", "0.5 s")
-    assert done.returncode == 0, done.stderr
-    assert load_detector(tmp_path / "detector.json").limits.interval_rests_on == "windows"
     for arguments in (
         [*DETECTOR, "--window", "1 s", "--out", "detector.json"],
         [*TRAIN, "--window", "50 s"],

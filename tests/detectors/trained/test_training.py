@@ -153,18 +153,16 @@ def test_too_few_windows_are_refused_with_the_number_that_is_needed():
             trained(means, groups, **more)
 
 
-def test_the_duration_of_a_window_is_that_of_the_records_where_none_is_stated():
-    file = trained(normal(30, 3), window={})
-    assert (file.n_sample, file.config.window.duration, file.config.window.every) == (12, 3.0, 3.0)
-    assert file.basis.n_window == 30
-
-
-def test_windows_that_cannot_be_judged_teach_nothing_and_are_counted():
-    means = normal(30, 4)
+def test_windows_that_cannot_be_judged_teach_nothing_and_last_as_long_as_records_where_none_is_stated():
+    means = normal(30, 3)
     means[3, 2] = np.nan
-    file = trained(means)
-    assert file.basis.not_judged == {"missing_channel": 1}
-    assert file.basis.n_window == 119
+    for window, n_window, fault in (({}, 29, "missing"), (MEAN["window"], 89, "missing_channel")):
+        file = trained(means, window=window)
+        assert file.basis.not_judged == {fault: 1}
+        assert file.basis.n_window == n_window
+        duration = window.get("duration", 3.0)
+        assert (file.n_sample, file.config.window.duration) == (4 * duration, duration)
+        assert file.config.window.every == duration
 
 
 def charted(means, **more):
@@ -179,12 +177,9 @@ def test_the_limit_of_a_chart_is_that_of_scores_in_their_order():
     assert in_order.hours == pytest.approx(2000.0 / 3600.0)
     assert in_order.interval[0] < in_order.mean_time < in_order.interval[1]
     assert in_order.rests_on == "records"
-
-
-def test_a_long_record_is_cut_into_pieces_for_a_chart():
-    chart = charted(normal(1, 2000))
-    assert chart.rests_on == "pieces"
-    assert chart.mean_time == pytest.approx(200.0, rel=0.2)
+    long = charted(normal(1, 2000))
+    assert long.rests_on == "pieces"
+    assert long.mean_time == pytest.approx(200.0, rel=0.2)
 
 
 def test_a_chart_on_scores_that_a_leak_lowers_is_that_of_the_turned_scores():
@@ -206,9 +201,6 @@ def test_with_a_chart_too_few_windows_for_the_threshold_are_no_obstacle():
     assert (both.limits.low, both.limits.high) == both.healthy.range
     with pytest.raises(NotStatedError):
         trained(means, false_alarm_rate=0.001)
-
-
-def test_a_chart_needs_as_many_healthy_hours_as_the_time_between_its_alarms():
     with pytest.raises(NotStatedError, match=r"needs 24 h of healthy scores, not 0.556 h$"):
         charted(normal(20, 100), false_alarm_every=86400.0)
 
@@ -228,26 +220,20 @@ def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
 
 
 CONFIGS = Path(__file__).parents[3] / "configs"
-MOTION = f", {CONFIGS}/motions/closed-loop.yaml"
+MOTION = [str(CONFIGS / "motions" / "closed-loop.yaml")]
 
 
-def population(folder, name, seed, n_record, more="", study="", motion=MOTION):
+def population(folder, name, seed, n_record, study=None, motion=MOTION, **more):
     """Machines at work of which nobody knows more than the data sheet."""
+    healthy = {"population": {"seed": seed}, "healthy": {"fit": n_record, "test": 1, "shift": 1}}
+    base = [str(CONFIGS / "populations" / "unknown-plant.yaml"), *motion]
+    record = {"name": name, "extends": base, "record": {"duration": "4 s"}, "study": healthy | (study or {})}
     path = folder / f"{name}.yaml"
-    path.write_text(
-        f"""
-name: {name}
-extends: [{CONFIGS}/populations/unknown-plant.yaml{motion}]
-record: {{duration: 4 s}}
-{more}
-study:
-  population: {{seed: {seed}}}
-  healthy: {{fit: {n_record}, test: 1, shift: 1}}
-  {study}
-""",
-        encoding="utf-8",
-    )
+    path.write_text(json.dumps(record | more), encoding="utf-8")
     return path
+
+
+LEAKS = {"faults": {"leakage.internal_flow": ["2 L/min"], "each": 10, "fit": 0, "severity": "level"}}
 
 
 @pytest.fixture(scope="module")
@@ -283,8 +269,7 @@ def test_other_healthy_machines_alarm_as_often_as_promised(folder, promise_train
 
 
 def test_a_leak_is_found(folder, promise_trained):
-    faults = "faults: {leakage.internal_flow: [2 L/min], each: 10, fit: 0, severity: level}"
-    told = Detector.load(promise_trained).judge(population(folder, "leak", 5, 1, study=faults))
+    told = Detector.load(promise_trained).judge(population(folder, "leak", 5, 1, LEAKS))
     assert sum(cause.endswith("hole or score") for cause in told["cause"]) > 0.7 * sum(told["alarm"])
     found = summary(promise_trained, folder / "leak.yaml")
     assert found["alarm_share"] > 0.7
@@ -292,15 +277,14 @@ def test_a_leak_is_found(folder, promise_trained):
 
 
 def test_a_machine_at_another_supply_pressure_is_novel_and_no_alarm(folder, promise_trained):
-    found = summary(promise_trained, population(folder, "weak", 8, 5, more="supply: {pressure: 12 MPa}"))
+    found = summary(promise_trained, population(folder, "weak", 8, 5, supply={"pressure": "12 MPa"}))
     assert found["n_alarm"] == 0
     assert found["not_judged"].keys() == {"novel"}
 
 
 @pytest.mark.long
 def test_a_large_leak_is_an_alarm_and_not_novel_in_open_loop(folder):
-    promise_trained = detector(folder, population(folder, "open", 3, 30, motion=""))
-    faults = "faults: {leakage.internal_flow: [2 L/min], each: 10, fit: 0, severity: level}"
-    found = summary(promise_trained, population(folder, "large", 5, 1, study=faults, motion=""))
+    promise_trained = detector(folder, population(folder, "open", 3, 30, motion=[]))
+    found = summary(promise_trained, population(folder, "large", 5, 1, LEAKS, motion=[]))
     assert "novel" not in found["not_judged"]
     assert found["alarm_share"] > 0.7

@@ -88,7 +88,6 @@ def run(stream, windower, parts, states=None):
 
 
 def make_windower(by, n_sample, n_every=None, *, channels, sampling_frequency, drive=None, edge="rising"):
-    """Windows by time, or by cycles of the command."""
     if by == "time":
         return TimeWindower(n_sample, n_every or n_sample, channels, sampling_frequency)
     return CycleWindower(n_sample, channels, sampling_frequency, Channel.INPUT_VOLTAGE, drive, edge)

@@ -49,10 +49,8 @@ def test_pieces_end_at_gaps_and_have_every_channel():
     time = np.array([0.0, 0.1, 0.1, 1.0, 1.1])
     channels = {P1: np.arange(5.0), Channel.INPUT_VOLTAGE: np.zeros(5)}
     state, pieces, _ = stream.step(stream.start(), Chunk(time, channels))
-    assert [(piece.time.tolist(), piece.begins_anew) for piece in pieces] == [
-        ([0.0, 0.1], True),
-        ([1.0, 1.1], True),
-    ]
+    assert [piece.time.tolist() for piece in pieces] == [[0.0, 0.1], [1.0, 1.1]]
+    assert all(piece.begins_anew for piece in pieces)
     assert [set(piece.channels) for piece in pieces] == [set(stream.channels)] * 2
     assert pieces[1].channels[P1].tolist() == [3.0, 4.0]
     assert np.isnan(pieces[1].channels[Channel.PISTON_POSITION]).all()
@@ -65,10 +63,8 @@ def test_what_goes_on_is_no_news_until_a_minute_without_it():
     often = np.sort(np.concatenate([minute, minute[::10]]))
     seldom = np.concatenate([often, [65.0, 65.0, 130.0, 130.0]])
     twice = [each for each in _stream(seldom)[2] if each.kind == "duplicate"]
-    assert [(each.time, each.count, not each.is_silent) for each in twice] == [
-        (0.0, 61, True),
-        (130.0, 1, True),
-    ]
+    assert [(each.time, each.count) for each in twice] == [(0.0, 61), (130.0, 1)]
+    assert not any(each.is_silent for each in twice)
 
 
 def test_samples_that_come_again_after_a_restart_are_dropped_in_silence_until_the_first_new_one():
@@ -170,42 +166,33 @@ def _totals(findings):
     return totals
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=400, deadline=None)
 @given(streams(), windowings, sizes)
-def test_windows_and_findings_do_not_depend_on_the_chunks(stream, windowing, sizes):
+def test_windows_and_findings_are_those_of_a_loop_over_samples_whatever_the_chunks(stream, windowing, sizes):
     frequency, time, channels = stream
     whole, parts = _run(stream, windowing, [len(time) + 1]), _run(stream, windowing, sizes)
     record = windows_of(time, channels, _windower(windowing, frequency))
-    assert len(whole[1]) == len(parts[1]) == len(record)
     for one, other, third in zip(whole[1], parts[1], record, strict=True):
         _same(one, other)
         _same(one, third)
-    assert _totals(whole[2]) == _totals(parts[2])
     said = [
         [(each.kind, each.time, each.text) for each in found if not each.is_silent]
         for found in (whole[2], parts[2])
     ]
     assert said[0] == said[1]
     assert [_bytes(state) for state in whole[3]] == [_bytes(state) for state in parts[3]]
-
-
-@settings(max_examples=300, deadline=None)
-@given(streams(), windowings, sizes)
-def test_windows_are_those_of_a_loop_over_samples(stream, windowing, sizes):
-    frequency, time, channels = stream
     places, totals = accepted(time, frequency)
+    assert _totals(whole[2]) == _totals(parts[2]) == totals
     if windowing["by"] == "time":
         expected = time_windows(places, windowing["n_sample"], windowing["n_every"])
     else:
         expected = cycle_windows(places, channels[U], (-1.0, 1.0), windowing["n_sample"], windowing["edge"])
-    _, windows, findings, _ = _run(stream, windowing, sizes)
-    assert [window.time.tolist() for window in windows] == [time[each].tolist() for each in expected]
-    for window, each in zip(windows, expected, strict=True):
+    assert [window.time.tolist() for window in record] == [time[each].tolist() for each in expected]
+    for number, (window, each) in enumerate(zip(record, expected, strict=True)):
+        assert window.number == number
         np.testing.assert_array_equal(window.channels[P1], channels[P1][each])
         is_short = window.fault is not None and window.fault.kind == "short_cycle"
         assert is_short == (len(each) < windowing["n_sample"])
-    assert [window.number for window in windows] == list(range(len(windows)))
-    assert _totals(findings) == totals
 
 
 @settings(max_examples=200, deadline=None)

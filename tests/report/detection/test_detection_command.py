@@ -11,7 +11,6 @@ from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
-from hydrofdi.report.figures import draw_figure
 from hydrofdi.store.folder import write_request
 from hydrofdi.store.records import StoredRecords
 from tests.commands import run_json
@@ -60,13 +59,6 @@ def test_records_of_a_study_are_labelled_by_their_population(swept):
             "healthy": 50, "0.02 L/min": 20, "2 L/min": 20, "shift stiffer": 10,
             "confusion worn friction": 10,
         }  # fmt: skip
-
-
-def test_the_signals_are_those_of_a_healthy_and_a_leaking_actuator(swept):
-    report = make_report(read_results(swept.directory))
-    healthy, leaking = (axis.lines[0].get_ydata() for axis in draw_figure(report, "signals").axes[8:10])
-    assert not healthy.any()
-    assert leaking.mean() > 0.0
 
 
 LARGER = ("study.healthy.fit=60", "study.sensitivity.alone=49")

@@ -19,8 +19,6 @@ GOLDEN = Path(__file__).parent / "golden"
 
 COMPARED = [
     ("modes", "sensitivity"),
-    ("modes", "spectrum"),
-    ("modes", "mode_plane"),
     ("many", "responses"),
     ("scenarios", "scenarios"),
     ("study", "answer"),

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from hydrofdi.report.detection.wording import answers, severity_unit
-from hydrofdi.report.figures.detection.curves import draw_det, draw_pod, draw_roc
+from hydrofdi.report.figures.detection.curves import draw_pod, draw_roc
 from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms
 from hydrofdi.report.figures.detection.ranking import draw_answer, draw_delays, draw_ranking
 from hydrofdi.report.table import FigureKind
@@ -17,11 +17,10 @@ _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
     "ranking": (draw_ranking, "The {quantity} found by each score with {share} probability"),
     "pod": (
         draw_pod,
-        "Share of records detected over their {quantity}, with {confidence} intervals, the fitted curve and"
-        " its bound (dashed), which reaches {share} at q90/95; dotted: the false-alarm rate of the threshold",
+        "Share of records detected over their {quantity}, with {confidence} intervals, and the fitted curve;"
+        " vertical: q90/95 at {share}; dotted: the false-alarm rate of the threshold",
     ),
     "roc": (draw_roc, "Detections against false alarms over all thresholds; dots: the threshold in use"),
-    "det": (draw_det, "Misses against false alarms over all thresholds, for each tested {quantity}"),
     "false_alarms": (
         draw_false_alarms,
         "Alarms of records whose seal is sound, with {confidence} intervals; open: too few records",

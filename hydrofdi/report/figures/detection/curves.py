@@ -1,4 +1,4 @@
-"""Probability of detection over the severity; ROC and DET curves on normal-deviate axes."""
+"""Probability of detection over the severity; ROC curves on axes of log-odds."""
 
 from __future__ import annotations
 
@@ -8,26 +8,16 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.pod import PodCurve, lower_bound
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
-from hydrofdi.evaluation.scores import Array, Kind, Population
+from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
 from hydrofdi.report.figures.detection.populations import score_panels, sensor_marks, with_threshold
-from hydrofdi.report.figures.style import (
-    INK,
-    LINES,
-    deviates,
-    legend_outside,
-    log_axis,
-    normal_deviate_axis,
-    ordered_color,
-    panels,
-)
+from hydrofdi.report.figures.style import INK, LINES, legend_outside, log_axis, logit_axis, panels
 from hydrofdi.studies.judging import reference_of
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.records import Detection, Judgement
 
-_MOST_LINES, _MOST_PANELS, _MOST_LEVELS = 6, 6, 8
+_MOST_LINES = 6
 
 _LEAST = 0.001
 """Smallest rate on the axes."""
@@ -41,7 +31,9 @@ def draw_roc(detection: Detection) -> Any:
     ReportError
         There are no healthy or no faulty records to test.
     """
-    shown, levels = with_threshold(detection, _MOST_LINES), _levels(detection, 3)
+    shown, levels = with_threshold(detection, _MOST_LINES), chosen_levels(detection, 3)
+    if not levels:
+        raise ReportError("no faulty record is tested")
     unit = severity_unit(detection)
     styles = _styles(detection, shown)
     labels = {"x": "false alarms [%]", "y": "detections [%]"}
@@ -49,52 +41,12 @@ def draw_roc(detection: Detection) -> Any:
     for axis, level in zip(axes, levels, strict=True):
         for judgement, style in zip(shown, styles, strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
-                _draw_curve(axis, curve.false_alarm_rate, curve.detection_rate, style)
+                axis.plot(curve.false_alarm_rate, curve.detection_rate, **style)
                 _draw_threshold(axis, judgement, level, style["color"])
         axis.set_title(unit.text(level.severity) if level.severity else level.name)
-        _frame(axis, detection, rising=True)
+        _frame(axis, detection)
     legend_outside(figure, dict(zip(map(_named, shown), styles, strict=True)), 2)
     return figure
-
-
-def draw_det(detection: Detection) -> Any:
-    """Misses against false alarms: a panel for each of the foremost scores, a line for each severity.
-
-    Raises
-    ------
-    ReportError
-        There are no healthy or no faulty records to test.
-    """
-    shown, levels = with_threshold(detection, _MOST_PANELS), _levels(detection, _MOST_LEVELS)
-    unit = severity_unit(detection)
-    figure, axes = score_panels(shown, 3.0, sharex=True, x="false alarms [%]", y="misses [%]")
-    styles = {}
-    for index, level in enumerate(levels):
-        style = {"color": ordered_color(index, len(levels)), "linestyle": LINES[index % len(LINES)]}
-        styles[f"{unit.value(level.severity):.3g}"] = style
-        for axis, judgement in zip(axes, shown, strict=True):
-            if (curve := _curve(detection, judgement, level)) is not None:
-                _draw_curve(axis, curve.false_alarm_rate, 1.0 - curve.detection_rate, style)
-    for axis, judgement in zip(axes, shown, strict=True):
-        if not axis.lines:
-            where: dict[str, Any] = {"x": 0.5, "y": 0.5, "ha": "center", "transform": axis.transAxes}
-            axis.text(s=_why_no_line(judgement), fontsize=8, **where)
-        _frame(axis, detection, rising=False)
-    legend_outside(figure, styles, 8, f"{unit.quantity}{unit.bracket}")
-    return figure
-
-
-def _why_no_line(judgement: Judgement) -> str:
-    areas = [level.area.value for level in judgement.levels if level.area is not None]
-    if areas and min(areas) == 1.0:
-        return "healthy and leaking records\ndo not overlap"
-    return "too few different scores"
-
-
-def _levels(detection: Detection, most: int) -> tuple[Population, ...]:
-    if not (levels := chosen_levels(detection, most)):
-        raise ReportError("no faulty record is tested")
-    return levels
 
 
 def _curve(detection: Detection, judgement: Judgement, level: Population) -> RocCurve | None:
@@ -112,7 +64,7 @@ def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: s
     healthy = [rates[population] for population in rates if population.kind is Kind.HEALTHY]
     if stated is None or stated.detected is None or not stated.detected.total or not healthy:
         return
-    place = _x(np.array([healthy[0].value])), _x(np.array([stated.detected.value]))
+    place = np.clip([healthy[0].value, stated.detected.value], _LEAST, 1.0 - _LEAST)
     axis.plot(*place, marker="o", markersize=4, color=color, clip_on=False)
 
 
@@ -125,31 +77,14 @@ def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, 
     ]
 
 
-def _inside(rates: Array) -> Array:
-    """Rates on the axis; none if no record or every record is beyond the threshold."""
-    return np.where((rates > 0.0) & (rates < 1.0), _x(rates), np.nan)
-
-
-def _draw_curve(axis: Any, rates: Array, others: Array, style: dict[str, Any]) -> None:
-    """A curve as far as there are records on both sides."""
-    x, y = _inside(rates), _inside(others)
-    if np.isfinite(x + y).any():
-        axis.plot(x, y, **style)
-
-
-def _x(rates: Any) -> Any:
-    return deviates(rates, _LEAST)
-
-
-def _frame(axis: Any, detection: Detection, *, rising: bool) -> None:
+def _frame(axis: Any, detection: Detection) -> None:
     """Axes, and where there is a curve, chance and the rate that thresholds are set for."""
-    normal_deviate_axis(axis.xaxis, _LEAST)
-    normal_deviate_axis(axis.yaxis, _LEAST)
-    if not axis.lines:
-        return
-    ends = _x(np.array([0.0, 1.0]))
-    axis.plot(ends, ends if rising else -ends, color=INK, linewidth=0.6, linestyle="--")
-    axis.axvline(_x(np.array([detection.rules.false_alarm_rate]))[0], color=INK, linewidth=0.7)
+    logit_axis(axis.xaxis, _LEAST)
+    logit_axis(axis.yaxis, _LEAST)
+    if axis.lines:
+        ends = [_LEAST, 1.0 - _LEAST]
+        axis.plot(ends, ends, color=INK, linewidth=0.6, linestyle="--")
+        axis.axvline(detection.rules.false_alarm_rate, color=INK, linewidth=0.7)
 
 
 def _named(judgement: Judgement) -> str:
@@ -157,15 +92,12 @@ def _named(judgement: Judgement) -> str:
     return name if f"({needs})" in name else f"{name} ({needs})"
 
 
-_MOST_CURVES, _POINTS, _COARSE = 6, 201, 13
-"""Panels; points of a curve, and the first ones of its bound."""
-
-_STEP, _HALVINGS = 0.08, 7
-"""Points of the bound are added until it rises by less from one to the next, in at most so many rounds."""
+_MOST_CURVES, _POINTS = 6, 201
+"""Panels, and points of a curve."""
 
 
 def draw_pod(detection: Detection) -> Any:
-    """Levels, curve and bound of each, a panel each.
+    """Levels and curve of each, a panel each.
 
     Raises
     ------
@@ -193,7 +125,6 @@ def draw_pod(detection: Detection) -> Any:
 
 def _draw_one(axis: Any, judgement: Judgement, unit: SeverityUnit, mark: dict[str, Any]) -> None:
     _draw_fitted(axis, judgement, unit, mark["color"])
-    _draw_bound(axis, judgement, unit, mark["color"])
     for level in judgement.levels:
         rate = level.detected
         if rate is not None and rate.total:
@@ -214,32 +145,3 @@ def _draw_fitted(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str
         return
     severities = np.geomspace(*curve.tally.span, _POINTS)
     axis.plot([*map(unit.value, severities.tolist())], 100.0 * curve.probability(severities), color=color)
-
-
-def _draw_bound(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str) -> None:
-    """The one-sided lower bound where q90/95 is taken from it: they meet at the probability asked for."""
-    found, curves = judgement.smallest.get("q90_95"), judgement.bounding
-    if not curves or found is None or found.source == "levels" or found.confidence is None:
-        return
-    severities, low = bound_line(curves, found.severity, found.confidence)
-    axis.plot(
-        [*map(unit.value, severities.tolist())], 100.0 * low, color=color, linestyle=LINES[1], linewidth=0.8
-    )
-
-
-def bound_line(curves: Sequence[PodCurve], found: float, confidence: float) -> tuple[Array, Array]:
-    """The lower bound of all curves that a severity was found from: close points where it rises."""
-
-    def low_at(severities: Array) -> Array:
-        lows = [lower_bound(curve, severities, confidence=confidence) for curve in curves]
-        return np.asarray(np.min(lows, axis=0))
-
-    severities = np.unique([*np.geomspace(*curves[0].tally.span, _COARSE), found])
-    low = low_at(severities)
-    for _ in range(_HALVINGS):
-        wide = np.flatnonzero(np.diff(low) > _STEP)
-        if not wide.size:
-            break
-        middle = np.sqrt(severities[wide] * severities[wide + 1])
-        severities, low = np.insert(severities, wide + 1, middle), np.insert(low, wide + 1, low_at(middle))
-    return severities, low

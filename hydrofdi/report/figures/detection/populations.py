@@ -16,12 +16,9 @@ from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.units import convert
 
-_MOST, _MOST_LEVELS, _EDGE = 6, 7, 0.5
-_MOST_BINS, _WIDEST = 60, 6.0
-"""Bins of many records, and how far beyond the healthy scores a population may begin, in widths of these."""
-
-_LEAST_OF_HEALTHY = 8.0
-"""Bins of the healthy scores, if all others leave room."""
+_MOST, _MOST_LEVELS = 6, 7
+_N_BIN, _WIDEST = 50, 4.0
+"""Bins, and how far beyond the healthy scores they reach, in widths of these."""
 
 _COLORS = {
     Kind.HEALTHY: style.BLUE,
@@ -108,17 +105,19 @@ def _draw_one(
     scores = [judgement.scored.values[detection.records.rows(each)] for each in populations]
     scores = [own[np.isfinite(own)] for own in scores]
     healthy = [own for own, each in zip(scores, populations, strict=True) if each.kind is Kind.HEALTHY]
-    edges = _edges(_limits(judgement), healthy, scores)
+    ends = () if judgement.threshold is None else (judgement.threshold.low, judgement.threshold.high)
+    limits = [end for end in ends if np.isfinite(end)]
+    edges = _edges(np.concatenate([limits, *healthy]), np.concatenate(scores))
     unit = readable_unit(judgement.scored.unit, float(np.abs(edges).max()))
     scale = 1.0 if unit == judgement.scored.unit else convert(1.0, unit)
     for row, (population, own) in enumerate(zip(populations, scores, strict=True)):
-        counts, _ = np.histogram(own, edges)
+        # Scores beyond either end stand in the last bin there.
+        counts, _ = np.histogram(np.clip(own, edges[0], edges[-1]), edges)
         if counts.any():
             ridge, color = row - 0.95 * counts / counts.max(), _COLORS[population.kind]
             axis.stairs(ridge, edges * scale, baseline=row, fill=True, color=color, alpha=0.35)
             axis.stairs(ridge, edges * scale, baseline=row, color=color, linewidth=0.7)
-        _draw_beyond(axis, row, own, edges)
-    for limit in _limits(judgement):
+    for limit in limits:
         axis.axvline(limit * scale, color=style.INK, linewidth=0.9)
     axis.set_xlim(edges[0] * scale, edges[-1] * scale)
     axis.set_xlabel("score" if unit == "1" else f"score [{typeset(unit)}]", fontsize=8)
@@ -126,51 +125,20 @@ def _draw_one(
     axis.ticklabel_format(axis="x", useOffset=False)
 
 
-def _draw_beyond(axis: Any, row: int, own: Array, edges: Array) -> None:
-    """Shares of the scores beyond either end of the axis, as numbers with an arrow."""
-    for is_beyond, place, side, text in (
-        (own < edges[0], 0.01, "left", "← {:.0f} %"),
-        (own > edges[-1], 0.99, "right", "{:.0f} % →"),
-    ):
-        if own.size and 100.0 * is_beyond.mean() >= 2.0 * _EDGE:
-            axis.text(
-                place, row - 0.15, text.format(100.0 * is_beyond.mean()), ha=side, fontsize=7,
-                transform=axis.get_yaxis_transform(),
-            )  # fmt: skip
+def _edges(healthy: Array, scores: Array) -> Array:
+    """Edges of the bins: all scores, if the healthy ones remain visible."""
+    if not healthy.size:
+        return np.linspace(0.0, 1.0, _N_BIN + 1)
+    low, high = healthy.min(), healthy.max()
+    reach = _WIDEST * (high - low) or max(abs(high), 1.0)
+    low, high = max(scores.min(initial=low), low - reach), min(scores.max(initial=high), high + reach)
+    margin = 0.03 * (high - low) or 0.5 * reach
+    return np.linspace(low - margin, high + margin, _N_BIN + 1)
 
 
 def _label(population: Population) -> str:
     is_named = not population.is_fit or "fit" in population.name
     return population.name if is_named else f"{population.name} (fit)"
-
-
-def _limits(judgement: Judgement) -> list[float]:
-    threshold = judgement.threshold
-    ends = () if threshold is None else (threshold.low, threshold.high)
-    return [end for end in ends if np.isfinite(end)]
-
-
-def _edges(limits: list[float], healthy: list[Array], scores: list[Array]) -> Array:
-    """Edges of the bins: whole populations, but for the rarest scores, if the healthy ones remain visible."""
-    near = _span(limits, healthy)
-    reach = _WIDEST * (near[1] - near[0]) or max(abs(near[1]), 1.0)
-    spans = [near, *(_span([], [own]) for own in scores if own.size)]
-    seen = [each for each in spans if each[0] <= near[1] + reach and each[1] >= near[0] - reach]
-    low = max(min(each[0] for each in seen), near[0] - 1.5 * reach)
-    high = min(max(each[1] for each in seen), near[1] + 1.5 * reach)
-    margin = 0.03 * (high - low) or 0.5 * reach
-    n_record = np.median([own.size for own in scores])
-    least = _LEAST_OF_HEALTHY * _WIDEST * (high - low) / reach
-    count = int(np.clip(max(2.5 * np.sqrt(n_record), least), 12, _MOST_BINS))
-    return np.linspace(low - margin, high + margin, count + 1)
-
-
-def _span(limits: list[float], scores: list[Array]) -> tuple[float, float]:
-    """Ends of all but the rarest scores, which are one in two hundred at either end."""
-    filled = [own for own in scores if own.size]
-    ends = [*limits, *(np.percentile(own, _EDGE, method="lower") for own in filled)]
-    ends += [np.percentile(own, 100.0 - _EDGE, method="higher") for own in filled]
-    return (float(min(ends)), float(max(ends))) if ends else (0.0, 1.0)
 
 
 def draw_false_alarms(detection: Detection) -> Any:

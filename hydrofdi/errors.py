@@ -139,10 +139,6 @@ def interruption(on_request: Callable[[], None], at_once: Collection[int] = ()) 
             signal.signal(number, handler)
 
 
-class ShadowedNameWarning(UserWarning):
-    """A file or folder of the user has the name of a ready configuration, and is used."""
-
-
 class SweepInterrupted(KeyboardInterrupt):
     """A sweep that was stopped early; `summary` is there if it could finish the runs in progress."""
 

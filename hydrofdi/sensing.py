@@ -485,20 +485,6 @@ def quantised(signal: Value, lowest: float, resolution: float) -> Value:
     return lowest + resolution * np.round((np.asarray(signal) - lowest) / resolution)  # (m6)
 
 
-def quantisation_noise(resolution: float) -> float:
-    """Standard deviation of quantisation noise, in the unit of the signal.
-
-    It is modelled as white noise with uniform distribution over one level. This holds if the signal changes
-    by more than one level between samples, or if its noise covers one level.
-
-    Parameters
-    ----------
-    resolution : float
-        Step between adjacent levels (LSB).
-    """
-    return resolution / math.sqrt(12.0)  # (m7)
-
-
 class LaggedRuns:
     """Lags of runs with the same ``run`` section: reads their signals at every solver step and samples.
 

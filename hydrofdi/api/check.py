@@ -18,20 +18,14 @@ from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
-from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
+from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients, split_jobs
-from hydrofdi.execution.checks import (
-    experiment_warnings,
-    period_count,
-    place_in_bands,
-    plausibility,
-    stroke_share,
-)
+from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import (
     FIGURES,
@@ -44,13 +38,11 @@ from hydrofdi.quality.machine import (
 from hydrofdi.report.answer import Answer, Piece, Strong
 from hydrofdi.report.table import UNSAID, Column, Table, quantity
 from hydrofdi.report.wording import modulus_column
-from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
+from hydrofdi.settings.readable import K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -60,10 +52,9 @@ Mode = dict[str, Any]
 """One run: ``labels``, further varied parameters → their values in SI; ``bulk_modulus`` [Pa];
 ``leakage_coefficient`` K_i [m^3.5/kg^0.5]; ``mean_leakage_flow`` of abs(q_il), and
 ``leakage_flow_at_reference``, q_il at 8 MPa [m³/s]; ``piston_share``, mean leakage flow over the mean of
-A_1 abs(v_p) [-]; ``frequency`` f_h [Hz] and ``damping_ratio`` ζ [-]; ``level`` whose band holds f_h, 0 above
-d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from the nearest edge of a band;
-``stroke_share``, largest abs(x_p) over half of the stroke, or V/A without one [-]; ``status`` and
-``verdict``. Of an FMU also ``pressure_range``, ends of P_1 [Pa]; what takes equations is NaN."""
+A_1 abs(v_p) [-]; ``frequency`` f_h [Hz] and ``damping_ratio`` ζ [-]; ``stroke_share``, largest
+abs(x_p) over half of the stroke, or V/A without one [-]; ``status`` and ``verdict``. Of an FMU also
+``pressure_range``, ends of P_1 [Pa]; what takes equations is NaN."""
 
 
 MOST_ROWS = 24
@@ -85,16 +76,6 @@ class Check(Answer):
     modes : list of dict
         The hydraulic mode of each run that is looked at; ``n_left_out`` further ones differ in more than
         sensors and analysis, of ``n_run`` runs in all.
-    bands : list of (float, float)
-        Band of each level [Hz].
-    n_period : float
-        Periods of the input in the record; NaN if it has none.
-    boundary_shares : list of float
-        Share of each level's coefficients that depend on the extension of the record [-].
-    noise : list of dict
-        Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the sensor, as the
-        anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa]; ``weakest_rms``, least
-        detail RMS of the pressure itself over the runs that ended well [Pa]. Empty without noise.
     plausibility : list of dict
         Quantities of the machine and its motion, causes first, with their ``usual`` range and what to
         ``change`` if they are outside; see `plausibility`.
@@ -107,11 +88,7 @@ class Check(Answer):
     binding: str
     figures: dict[str, Any]
     modes: list[Mode]
-    bands: list[tuple[float, float]]
     n_sample: int
-    n_period: float
-    boundary_shares: list[float]
-    noise: list[dict[str, Any]]
     n_left_out: int
     n_run: int
     sampling_frequency: float
@@ -125,7 +102,7 @@ class Check(Answer):
         return not self.problems
 
     def parts(self) -> Iterator[Piece]:
-        """Machine, modes, step, record, noise and warnings."""
+        """Machine, modes, step, record and warnings."""
         figures = ((*FIGURES[name], value) for name, value in self.figures.items())
         if self.figures:
             yield from (plausibility_table(self.plausibility), "", Strong("Machine, nominal"))
@@ -143,15 +120,7 @@ class Check(Answer):
             limit = convert(self.step_limits[self.binding], "ms")
             step += f": stable up to {limit:.3g} ms, limited by {self.binding}"
         yield step
-        shares = (f"d{level} {100.0 * share:.1f}" for level, share in enumerate(self.boundary_shares, 1))
-        periods = f", {counted(self.n_period, 'period')}" if math.isfinite(self.n_period) else ""
-        yield f"{counted(self.n_sample, 'sample')}{periods}; coefficients at ends [%]: {', '.join(shares)}"
-        if self.noise:
-            ratios = ((each["noise"], each["weakest_rms"]) for each in self.noise)
-            noisy = (f"{100.0 * noise / rms:.2g}" if rms > 0.0 else HOLE for noise, rms in ratios)
-            levels = ", ".join(f"d{level} {share}" for level, share in enumerate(noisy, 1))
-            yield f"P_1 noise over the weakest run [%]: {levels}"
-        yield ""
+        yield from (counted(self.n_sample, "sample"), "")
         yield from (Strong(f"problem: {problem}") for problem in self.problems)
         yield from (f"warning: {warning}" for warning in self.warnings)
         if not (self.problems or self.warnings):
@@ -187,10 +156,8 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
         selection = select_runs(loaded)
         rows = computed_rows(selection.jobs)
     jobs, distinct = selection.jobs, selection.distinct
-    nominal, analysis = jobs[0].parameters, jobs[0].analysis
-    record, wavelet = nominal.record, analysis.wavelet
-    bands = level_bands(record.sampling_frequency, wavelet.levels)
-    modes = [_mode_of_run(job, row, bands, selection.labels) for job, row in zip(jobs, rows, strict=True)]
+    nominal, record = jobs[0].parameters, jobs[0].parameters.record
+    modes = [_mode_of_run(job, row, selection.labels) for job, row in zip(jobs, rows, strict=True)]
     step, limits = max(job.parameters.record.step for job in jobs), step_limits(distinct)
     for mode in modes:
         if math.isfinite(mode["frequency"]) and math.isfinite(mode["damping_ratio"]):
@@ -217,11 +184,7 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
         binding=min(limits, key=limits.__getitem__) if limits else "",
         figures={} if nominal.plant.fmu else machine_figures(loaded.nominal_parameters),
         modes=modes,
-        bands=bands,
         n_sample=record.n_sample,
-        n_period=period_count(nominal),
-        boundary_shares=boundary_shares(record.n_sample - analysis.n_discarded, wavelet),
-        noise=_noise(distinct("wavelet", "pressure_1_sensor", "measurement", "record"), rows),
         n_left_out=selection.n_left_out,
         n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
@@ -254,8 +217,7 @@ def calibrate(
     -------
     Table
         A row for each flow: ``flow``, mean of abs(q_il) [m³/s]; ``coefficient``, K_i of the orifice law
-        [m^3.5/kg^0.5]; ``laminar_coefficient``, flow over the mean of abs(P_1 − P_2) [m³/(s·Pa)];
-        ``piston_share``, flow over the mean of A abs(v_p) [-].
+        [m^3.5/kg^0.5].
 
     Raises
     ------
@@ -281,34 +243,17 @@ def calibrate(
     runs = table.runs[: table.n_swept]
     with limited(loaded.limits.time_per_job):
         coefficients = leakage_coefficients(runs, InProcessEngine(), {})
-        jobs = [Job(str(k), run.calibration or run.parameters, coefficients[k]) for k, run in enumerate(runs)]
-        rows = computed_rows(jobs)
-    targets: list[tuple[float, ...]] = []
-    for job, row in zip(jobs, rows, strict=True):
-        mean = float(row["mean_internal_leakage_flow"])
-        # An FMU need not give all signals.
-        names_needed = ("chamber_1_pressure", "chamber_2_pressure", "piston_velocity")
-        first, second, speed = (row.get(name, np.array(np.nan)) for name in names_needed)
-        difference = np.mean(np.abs(first - second))
-        piston = job.parameters.actuator.piston_area * np.mean(np.abs(speed))
-        targets.append((mean, job.leakage_coefficient, float(mean / difference), float(mean / piston)))
-    flow, coefficient, laminar, share = zip(*targets, strict=True)
     return Table((
-        quantity("flow", flow, "m^3/s", "mean leakage"),
-        replace(quantity("coefficient", coefficient, K_I_UNIT, "K_i (orifice)"), text="{:.6g}".format),
-        Column("laminar_coefficient", laminar, title="laminar [m³/(s·Pa)]"),
-        Column("piston_share", share, title="of piston flow [%]", text=_percent),
+        quantity("flow", [run.request.leakage.internal_flow for run in runs], "m^3/s", "mean leakage"),
+        replace(quantity("coefficient", coefficients, K_I_UNIT, "K_i (orifice)"), text="{:.6g}".format),
     ))  # fmt: skip
 
 
-def _mode_of_run(
-    job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, float]], labels: Sequence[str]
-) -> Mode:
+def _mode_of_run(job: Job, row: Mapping[str, Any], labels: Sequence[str]) -> Mode:
     actuator = job.parameters.actuator
-    mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
+    mean = float(row["mean_internal_leakage_flow"])
     speed = np.mean(np.abs(row.get("piston_velocity", np.nan)))
     piston_flow = actuator.piston_area * float(speed)
-    level, octaves = place_in_bands(frequency, bands)
     is_foreign = job.parameters.plant.fmu is not None
     ends = [float(row[f"chamber_1_pressure_{end}"]) for end in ("min", "max")]
     return {
@@ -318,34 +263,12 @@ def _mode_of_run(
         "mean_leakage_flow": mean,
         "leakage_flow_at_reference": float(internal_leakage_flow(REFERENCE_DROP, job.leakage_coefficient)),
         "piston_share": mean / piston_flow if piston_flow else math.nan,
-        "frequency": frequency,
+        "frequency": float(row["hydraulic_mode_frequency"]),
         "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),
-        "level": level,
-        "octaves_to_edge": octaves,
         "stroke_share": math.nan if is_foreign else stroke_share(job.parameters, row),
         "status": str(row["status"]),
         "verdict": str(row["verdict"]),
     } | ({"pressure_range": ends} if is_foreign else {})
-
-
-def _noise(runs: Iterable[RunRequest], rows: Sequence[Mapping[str, Any]]) -> list[dict[str, float]]:
-    """Noise of sensors of runs against computed rows with ideal ones, d1 first; empty if none is noisy."""
-    noises = {(run.wavelet, _autocovariance(run)) for run in runs}
-    if not any(noise[0] for _, noise in noises):
-        return []
-    levels = min(wavelet.levels for wavelet, _ in noises)
-    noisiest = np.max([noise_rms(wavelet, noise)[:levels] for wavelet, noise in noises], axis=0)
-    signals = np.array([row["detail_rms"][:levels] for row in rows if row["status"] == "ok"])
-    weakest = signals.min(axis=0) if len(signals) else np.full(levels, np.nan)
-    both = zip(noisiest.tolist(), weakest.tolist(), strict=True)
-    return [{"noise": noise, "weakest_rms": rms} for noise, rms in both]
-
-
-def _autocovariance(run: RunParameters) -> tuple[float, ...]:
-    """Autocovariance of noise and quantisation in the chamber-1 pressure [Pa²]."""
-    sensor = run.pressure_1_sensor
-    variance, *others = noise_autocovariance(sensor, run.measurement, run.record)
-    return variance + quantisation_noise(sensor.resolution) ** 2, *others
 
 
 _percent = partial(number_text, n_digit=3, scale=100.0)
@@ -353,10 +276,7 @@ _percent = partial(number_text, n_digit=3, scale=100.0)
 
 def _modes_table(found: Check) -> Table:
     """The hydraulic mode of each run."""
-    modes, n_band = found.modes, len(found.bands)
-    columns = {name: [mode[name] for mode in modes] for name in modes[0]}
-    levels = ["above d1", *(f"d{level}" for level in range(1, n_band + 1)), f"below d{n_band}"]
-    bands = [levels[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
+    columns = {name: [mode[name] for mode in found.modes] for name in found.modes[0]}
     conditions = [*map(shown_values, columns["labels"])]
     if not found.figures:  # an FMU, whose equations are unknown
         ends = [[f"{convert(end, 'MPa'):.4g}" for end in each] for each in columns["pressure_range"]]
@@ -375,8 +295,7 @@ def _modes_table(found: Check) -> Table:
         quantity("at_reference", columns["leakage_flow_at_reference"], "m^3/s", "at 8 MPa"),
         Column("frequency", columns["frequency"], "Hz", "f_h [Hz]"),
         Column("damping_ratio", columns["damping_ratio"], title="ζ"),
-        Column("band", bands),
-        Column("octaves_to_edge", columns["octaves_to_edge"], title="octaves to edge"),
+        Column("status", columns["status"], is_text=True, is_shown={*columns["status"]} != {"ok"}),
         Column("stroke_share", columns["stroke_share"], title="stroke used [%]", text=_percent),
         Column("conditions", conditions, is_text=True, is_shown=len({*conditions}) > 1),
     )

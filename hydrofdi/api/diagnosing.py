@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import HealthyRecords, experiment_of
-from hydrofdi.api.measuring import Indicators, indicators_of, with_options
+from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.diagnosis.diagnosing import Diagnosed
@@ -101,7 +101,6 @@ def diagnose(
     indicators: Indicators = "flow_balance",
     *,
     healthy: str | int | Sequence[str | int] = (),
-    options: Mapping[str, Any] | None = None,
     sampling_frequency: str | float | None = None,
     channel: Names = None,
     unit: Names = None,
@@ -111,7 +110,7 @@ def diagnose(
 
     Parameters
     ----------
-    data : path, results, array_like, mapping, DataFrame, Dataset, or list of these
+    data : path, results, array_like, mapping, DataFrame, or list of these
         Records with P1, x, and u or the spool position; better with P2. As for `hydrofdi.measure`. Of
         labelled records, those that are not healthy. All records are cut into pieces of 20 s, or of the
         shortest record of 10 s or more.
@@ -122,8 +121,6 @@ def diagnose(
         A file or mapping of indicators as for `hydrofdi.measure`, of which ``flow_balance`` has the options.
     healthy : str, int, or sequence of them, optional
         Labels of healthy records, besides those that descriptions name.
-    options : mapping, optional
-        Options of the indicator ``flow_balance``, such as ``{"half_window": 8}``.
     sampling_frequency, channel, unit, label : optional
         As for `hydrofdi.measure`.
 
@@ -154,7 +151,7 @@ def diagnose(
     if not asked:
         raise ConfigError(f"{known.name}: all records are healthy; there is none to diagnose")
     used = sources if is_own else [*sources, *history_sources]
-    chosen = indicators_of(with_options(indicators, options)).values()
+    chosen = indicators_of(indicators).values()
     stated = [each.options.model_dump(exclude_unset=True) for each in chosen if each.name == "flow_balance"]
     if len(stated) != 1:
         raise ConfigError(f"diagnose needs one flow_balance; {len(stated)} are among the indicators")

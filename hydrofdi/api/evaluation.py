@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike, fspath
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
-from hydrofdi.api.measuring import Counted, Indicators, indicators_of, with_options
+from hydrofdi.api.measuring import Counted, Indicators, indicators_of
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import load_scores
@@ -198,7 +198,6 @@ def evaluate(
     data: Any,
     indicators: Indicators = "dwt",
     *,
-    options: Mapping[str, Any] | None = None,
     healthy: str | int | Sequence[str | int] = (),
     false_alarm_rate: str | float = "1 %",
     confidence: str | float = "95 %",
@@ -213,14 +212,12 @@ def evaluate(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
         Records, as `hydrofdi.measure` takes them. Labels and groups come from descriptions of files, or from
         `label` and `group`.
     indicators : str, path, sequence of str, or mapping
         Such as ``dwt,ring_down``; ``all``, or a YAML file with their options and ``scores:`` that combine
         their outputs. In Python also in the other forms of `hydrofdi.measure`.
-    options : mapping, optional
-        Options of one named indicator, as in `hydrofdi.measure`.
     healthy : str, int, or sequence of them
         Labels of healthy records, besides those that descriptions name; all others are faulty.
     false_alarm_rate : str or float
@@ -260,7 +257,7 @@ def evaluate(
     1.0
     """
     rules = validated(Rules, Source({"false_alarm_rate": false_alarm_rate, "confidence": confidence}))
-    chosen = indicators_of(with_options(indicators, options))
+    chosen = indicators_of(indicators)
     scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
     said = Described(sampling_frequency, channel, unit, label, group)
     sources = open_records(data, used_channels(chosen), said)

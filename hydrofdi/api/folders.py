@@ -15,7 +15,7 @@ import numpy as np
 from hydrofdi.api.arguments import path_of, refusal
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.results import Results
-from hydrofdi.api.stored import changes_since, rows_named, stored_run_ids
+from hydrofdi.api.stored import rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import parameter_names
@@ -88,9 +88,8 @@ class Explanation(Answer):
     defaults, in SI, and these in readable units (``shown``). ``calibration``: conditions under which its K_i
     was solved. ``shard``: where it is stored, or empty; ``provenance``: the latest sweep on the folder.
     ``verdict``: how far it can be believed, empty if it is not stored; ``doubts``: word of it → the number
-    behind it, what it means, and what to do; ``remedy`` of a failure. ``changes``: key of the experiment →
-    (value of the sweep that last stored results, value now). ``units``: dotted parameter → the unit that the
-    experiment is written in.
+    behind it, what it means, and what to do; ``remedy`` of a failure. ``units``: dotted parameter →
+    the unit that the experiment is written in.
     """
 
     run_id: str
@@ -111,7 +110,6 @@ class Explanation(Answer):
     verdict: str
     doubts: dict[str, dict[str, Any]]
     remedy: str
-    changes: dict[str, tuple[Any, Any]]
     is_baseline: bool
     units: dict[str, str]
 
@@ -237,16 +235,14 @@ def verify(folder: Folder) -> Verification:
     return Verification(faults)
 
 
-def why(folder: Folder, run: str | int, experiment: Experiment | None = None) -> Explanation:
-    """A run explained: its settings, verdict, failure, and what changed since it was stored.
+def why(folder: Folder, run: str | int) -> Explanation:
+    """A run explained: its settings, verdict and failure.
 
     Parameters
     ----------
     folder : path or Results
     run : str or int
         Beginning of its identity, or its row.
-    experiment : path, mapping or ExperimentConfig, optional
-        The experiment to compare with; by default the latest request of the folder.
 
     Raises
     ------
@@ -263,8 +259,7 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
     """
     directory = path_of(folder)
-    asked = None if experiment is None else load_experiment(experiment)
-    plan = _stored_plan(directory) if asked is None else plan_sweep(asked, directory)
+    plan = _stored_plan(directory)
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     compared = plan.table.fixed_baseline[position]
@@ -297,7 +292,6 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
         verdict=verdict,
         doubts={doubt.word: _doubt(doubt, held) for doubt in doubts_of(verdict)},
         remedy=REMEDIES.get(status, ""),
-        changes=changes_since(directory, plan.experiment) if position in plan.missing else {},
         is_baseline=bool(compared != NO_RUN) and plan.run_ids[compared] == run_id,
         units=plan.experiment.units,
     )
@@ -308,8 +302,10 @@ def rerun(folder: Folder, run: str | int, experiment: Experiment | None = None) 
 
     Parameters
     ----------
-    folder, run, experiment
-        As in `why`; a file of indicators is executed only if the experiment is given.
+    folder, run
+        As in `why`.
+    experiment : path, mapping or ExperimentConfig, optional
+        By default the latest request of the folder; a file of indicators is executed only if it is given.
 
     Raises
     ------

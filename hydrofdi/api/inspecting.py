@@ -12,13 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrofdi.api.arguments import Names, Texts, path_of, refusal
-from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.plants import PlantInspection, inspect_plant
 from hydrofdi.api.sources import Described, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.nominal_actuator import constants_not_given
-from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.indicators.selection import make_indicators, of_machine
+from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Channel
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
 from hydrofdi.records.source import write_description
@@ -286,7 +284,6 @@ def _counts(counts: Mapping[Any, int]) -> str:
 
 def inspect(
     data: Any,
-    indicators: Indicators | None = None,
     *,
     record: str | None = None,
     write: str | PathLike[str] | None = None,
@@ -300,11 +297,9 @@ def inspect(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
         Records, as `hydrofdi.measure` takes them. Of an experiment file, at most 32 records are simulated,
         spread evenly over its runs, and the one that `record` names.
-    indicators : str, list or mapping, optional
-        Indicators whose doubts about the records are remarks, too; as in `hydrofdi.measure`.
     record : str, optional
         Record of the figure, or the beginning of its name [default: the first].
     write : path, optional
@@ -361,11 +356,6 @@ def inspect(
             found.example = found.example if row is None else batch.rows([row])
     if record is not None and found.example is None:
         raise DataError(f"{found.name}: has no record {record!r}; 'hydrofdi measure' lists them")
-    if indicators is not None:
-        for measured in measure_sources(sources, of_machine(indicators_of(indicators), sources))[1]:
-            if measured.doubts:
-                text = "; ".join(doubt.message for doubt in measured.doubts)
-                found.remarked.setdefault("doubtful", Finding()).add(measured.record_id, text)
     stated = set.intersection(*(set(each.data_sheet) for each in sources))
     usable = (each for each in make_indicators("all").values() if each.channels <= found.ranges.keys())
     unknown = dict.fromkeys(name for each in usable for name in constants_not_given(each.options))

@@ -18,7 +18,7 @@ from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_
 from hydrofdi.records import Channel
 from hydrofdi.report.forms.measures import measures_table
 from hydrofdi.report.table import Table
-from hydrofdi.settings.messages import brief, counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.yaml_source import plain
 
 Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
@@ -29,7 +29,6 @@ def measure(
     data: Any,
     indicators: Indicators = "dwt",
     *,
-    options: Mapping[str, Any] | None = None,
     sampling_frequency: str | float | None = None,
     channel: Names = None,
     unit: Names = None,
@@ -40,15 +39,13 @@ def measure(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
         Any source that the command accepts; or runs and results; or samples of a channel, shape (n_time,)
         or (n_record, n_time), in SI; or columns that are named like channels, ``P1 [bar]`` or
-        ``chamber_1_pressure``. Data frames and datasets (pandas, xarray) must state units.
+        ``chamber_1_pressure``. Data frames must state units.
     indicators : str, path, sequence of str, or mapping
         Such as ``dwt,ring_down``; ``all``, or a YAML file with their options. In Python also a list of names,
         or label → options.
-    options : mapping, optional
-        Options of one named indicator, such as ``{"spool": "command"}``.
     sampling_frequency : str or float, optional
         Such as ``"1 kHz"`` [Hz]; where nothing is named ``time``.
     channel : str or mapping, optional
@@ -57,7 +54,7 @@ def measure(
         Of the samples; or column → unit.
     label, group : str or sequence of str, optional
         What is known of each record in memory, such as ``"healthy"``; and the unit or day that it shares with
-        others. Of a dataset, the coordinates ``label`` and ``group``.
+        others.
 
     Returns
     -------
@@ -85,7 +82,7 @@ def measure(
     hydrofdi.errors.DataError: the array: no sampling frequency is given (sampling_frequency='1 kHz'), ...
     """
     said = Described(sampling_frequency, channel, unit, label, group)
-    columns, measured, remarks = measured_records(data, with_options(indicators, options), said)
+    columns, measured, remarks = measured_records(data, indicators, said)
     records = [*measured]
     doubts = [doubt for record in records for doubt in record.doubts]
     doubtful = summaries(doubts, sum(record.has_numbers for record in records))
@@ -161,20 +158,6 @@ def write_measures(
         else:
             with open(aside, "w", encoding="utf-8", newline="") as file:
                 file.writelines((csv_lines if form == "csv" else json_parts)(columns, records))
-
-
-def with_options(indicators: Indicators, options: Mapping[str, Any] | None) -> Indicators:
-    """An indicator with its options as label → options; indicators as they are if no options are given."""
-    if options is None:
-        return indicators
-    if not isinstance(options, Mapping):
-        raise refusal("options", "option → value", options)
-    if indicators not in indicator_names():
-        raise ConfigError(
-            f"options: are for one named indicator; found indicators={brief(indicators)}; write"
-            " indicators={'dwt': {…}, …}"
-        )
-    return {str(indicators): options}
 
 
 def indicators_of(given: Indicators) -> dict[str, Any]:

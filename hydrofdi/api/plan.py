@@ -22,12 +22,10 @@ from numpy import bincount
 from hydrofdi.api.arguments import count_of, path_of, refusal
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
-from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.loading import Experiment, load_experiment
-from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.shown_values import shown_in, shown_values
+from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.report.answer import Answer, Piece
@@ -288,10 +286,10 @@ class Plan(Answer):
     Runs: ``planned``, all; ``controls_added``, healthy ones to compare with; ``missing``, those to be
     computed, with ``reasons`` → how many. For these, ``simulated_records``, ``measured_analyses`` from
     stored signals, and the ``solutions``: leakage flows, conditions and total of the K_i to solve,
-    ``calibrated_at`` each run or the nominal actuator. ``axes``: dotted parameter → its values, and what
-    ``first_point`` and ``last_point`` of the sweep set, in SI. ``predicted_seconds`` to
-    ``predicted_seconds_most``: wall time to expect [s], from a few runs that were tried. The shards take
-    as much as the file. ``units``: dotted parameter → the unit that the experiment is written in.
+    ``calibrated_at`` each run or the nominal actuator. ``axes``: dotted parameter → its values in SI.
+    ``predicted_seconds`` to ``predicted_seconds_most``: wall time to expect [s], from a few runs that were
+    tried. The shards take as much as the file. ``units``: dotted parameter → the unit that the experiment is
+    written in.
     """
 
     experiment: str
@@ -301,8 +299,6 @@ class Plan(Answer):
     controls_added: int
     study: dict[str, Any] | None
     axes: dict[str, Any]
-    first_point: dict[str, Any]
-    last_point: dict[str, Any]
     stored: int
     failed_before: int
     missing: int
@@ -317,8 +313,6 @@ class Plan(Answer):
     predicted_file_bytes: int
     free_bytes: int
     warnings: list[str]
-    unusual_values: list[str]
-    idle_parameters: list[str]
     units: dict[str, str]
 
     def parts(self) -> Iterator[Piece]:
@@ -331,8 +325,6 @@ class Plan(Answer):
             "experiment": f"{self.experiment} → {self.file}",
             "runs": f"{self.planned:,}" + f", {added:,} of them healthy for comparison" * bool(added),
             "axes": self.axes,
-            "first point": shown_values(self.first_point),
-            "last point": shown_values(self.last_point),
             "designs": study["designs"] if study and len(study["designs"]) > 1 else [],
             "varies": study.get("varies"),
             "per record": ", ".join(study.get("differs_per_record", ())),
@@ -400,6 +392,8 @@ def plan(
         directory = experiment_directory(loaded, None if out is None else path_of(out))
         made = plan_sweep(loaded, directory, retry_failed=retry_failed)
         n_run = len(made.run_ids)
+        swept = {*loaded.ensemble.names, *loaded.sweep.names}  # not what a study draws
+        axes = {k: without_contents([*each]) for k, each in made.table.axes.items() if k in swept}
         least, most = predict_seconds(made, workers)
         failed = sum(run_id in made.failures for run_id in made.run_ids)
         return Plan(
@@ -409,9 +403,7 @@ def plan(
             swept=made.table.n_swept,
             controls_added=n_run - made.table.n_swept,
             study=_study_record(made),
-            axes={name: without_contents(list(values)) for name, values in _axes(made).items()},
-            first_point=_point(made, 0),
-            last_point=_point(made, made.table.n_swept - 1),
+            axes=axes,
             stored=n_run - len(made.missing) - failed,
             failed_before=failed,
             missing=len(made.missing),
@@ -426,29 +418,8 @@ def plan(
             predicted_file_bytes=made.file_bytes,
             free_bytes=made.free_bytes,
             warnings=made.warnings,
-            unusual_values=unusual_values(loaded),
-            idle_parameters=idle_parameters(loaded),
             units=loaded.units,
         )
-
-
-def _axes(plan: SweepPlan) -> dict[str, tuple[Any, ...]]:
-    """What is swept; not what a study draws."""
-    swept = {*plan.experiment.ensemble.names, *plan.experiment.sweep.names}
-    return {name: values for name, values in plan.table.axes.items() if name in swept}
-
-
-def _point(plan: SweepPlan, position: int) -> dict[str, Any]:
-    """What a point sets; of what varies elsewhere in a union only, what differs from the nominal run."""
-    experiment, parameters = plan.experiment, plan.table.runs[position].request
-    throughout = experiment.ensemble.names_throughout | experiment.sweep.names_throughout
-    values = {
-        name: parameters.shown_value(name)
-        for name in _axes(plan)
-        if name in throughout or parameters.value(name) != experiment.value(name)
-    }
-    sealed = {name: 0.0 for name in INTERNAL_LEAKAGE_FORMS if name in values and values[name] is None}
-    return values | sealed
 
 
 def _study_record(plan: SweepPlan) -> dict[str, Any] | None:

@@ -156,10 +156,6 @@ def _proposal(model: Model, path: str) -> str:
     if "input_voltage" not in inputs and len(free) == 1 and not inputs:
         inputs["input_voltage"] = _written(free[0], "V")
     outputs = {name: text for name in OUTPUTS if (text := _found(model, name, taken))}
-    for name in _BY_UNIT:  # what its unit alone tells
-        if name not in outputs and (text := _by_unit(model, name, taken)):
-            outputs[name] = text
-    outputs = {name: outputs[name] for name in OUTPUTS if name in outputs}
     plant: dict[str, Any] = {
         "fmu": path,
         "inputs": inputs or {"input_voltage": "…"},
@@ -209,25 +205,6 @@ def _found(model: Model, signal: str, taken: set[str]) -> str:
     best = min(candidates, key=lambda each: (each.causality == "local", each.si_unit == "1", len(each.name)))
     taken.add(best.name)
     return _written(best, needed)
-
-
-_BY_UNIT = (
-    "chamber_1_pressure", "chamber_2_pressure", "piston_position", "piston_velocity", "internal_leakage_flow"
-)  # fmt: skip
-
-
-def _by_unit(model: Model, signal: str, taken: set[str]) -> str:
-    """The output that alone has the unit of a signal, of pressures the first of two; empty if none has."""
-    needed = OUTPUTS[signal]
-    free = [
-        each.name
-        for each in model.variables.values()
-        if each.causality == "output" and each.si_unit == needed and each.name not in taken
-    ]
-    if len(free) != 1 and not (len(free) == 2 and signal == "chamber_1_pressure"):
-        return ""
-    taken.add(free[0])
-    return free[0]
 
 
 def _written(variable: Variable, needed: str) -> str:

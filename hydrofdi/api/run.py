@@ -31,14 +31,14 @@ from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.report.table import Column, Table, library, plain
 from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.readable import K_I_UNIT, typeset
+from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.store.shards import Columns, read_index, write_shard
-from hydrofdi.units import Quantity, convert
+from hydrofdi.units import Quantity
 
 if TYPE_CHECKING:
     import pandas
@@ -49,8 +49,9 @@ if TYPE_CHECKING:
     from hydrofdi.records import Channel, RecordSource
 
 
+_PER = re.compile(r" ([A-Za-z]+)-(?:1(?![\d.]))?")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])(-?[\d.]+)")
-"""An exponent in a unit of a file: ``m3 s-1``."""
+"""A divisor, and an exponent, in a unit of a file: ``m3 s-1``."""
 _RESIDUALS = ("settling_change", "volume_residual", "energy_residual")
 
 
@@ -130,7 +131,7 @@ class Run(Answer):
     @cached_property
     def features(self) -> dict[str, Quantity]:
         """Name → number in SI, such as ``mean_internal_leakage_flow`` [m³/s]; `Quantity.to` converts it."""
-        units = {each.name: _EXPONENT.sub(r"^\1", each.units) for each in self._variables}
+        units = {each.name: _EXPONENT.sub(r"^\1", _PER.sub(r"/\1", each.units)) for each in self._variables}
         return {
             name: Quantity.of(values[0], units.get(name, ""))
             for name, values in self.columns.items()
@@ -255,41 +256,23 @@ class Run(Answer):
 
     @property
     def table(self) -> Table:
-        """Name, value and unit of each feature, for people."""
-        known = (line for line in self._lines() if not line[1].startswith("nan"))
-        features, values, units = zip(*known, strict=True)
-        named, unit = Column("feature", features, is_text=True), Column("unit", units, is_text=True)
-        return Table((named, Column("value", values), unit), title=self.title)
-
-    def _lines(self) -> Iterator[tuple[str, str, str]]:
-        number, columns = self.features, self.columns
-        yield "run", self.run_id, ""
-        yield "status", self.status, ""
-        yield "verdict", self.verdict, ""
-        plant, coefficient = self.spec.parameters.plant, f"{number[names.LEAKAGE_COEFFICIENT]:.4g}"
-        if plant.fmu is None:
-            yield "leakage coefficient K_i", coefficient, typeset(K_I_UNIT)
-        elif plant.leakage.coefficient is not None:
-            yield f"leakage, {plant.leakage.coefficient}", coefficient, ""
-        yield "mean internal leakage", f"{number[names.MEAN_LEAKAGE_FLOW].to('L/min'):.4g}", "L/min"
-        for chamber, name in enumerate(names.EXTERNAL_LEAKAGE_FLOWS, 1):
-            if flow := number[name]:
-                yield f"mean leakage out of chamber {chamber}", f"{flow.to('L/min'):.4g}", "L/min"
-        for level, rms in enumerate(columns[names.DETAIL_RMS][0].tolist(), 1):
-            yield f"RMS of d{level}", f"{convert(rms, 'kPa'):.3f}", "kPa"
-        for title, name, unit in (
-            ("chamber-1 pressure", "chamber_1_pressure", "MPa"),
-            ("chamber-2 pressure", "chamber_2_pressure", "MPa"),
-            ("piston position", "piston_position", "mm"),
-        ):
-            low, high = (number[f"{name}_{end}"].to(unit) for end in ("min", "max"))
-            yield title, f"{low:.3f} … {high:.3f}", unit
-        if self.spec.parameters.plant.fmu is None:
-            yield "hydraulic mode f_h", f"{number[names.MODE_FREQUENCY]:.2f}", "Hz"
-            damping = f"{number[names.MODE_DAMPING_RATIO]:.4f}"
-            yield "hydraulic damping ζ, in motion", damping, "(linearised, median working point)"
-        for name in _RESIDUALS:
-            yield name.replace("_", " "), "–" if math.isnan(number[name]) else f"{number[name]:.1e}", ""
+        """Each feature as files name it, and its value with a unit, for people."""
+        plant, lead = self.spec.parameters.plant, [("run", self.run_id), ("status", self.status)]
+        lead.append(("verdict", self.verdict))
+        known = {each.name: each.long_name for each in self._variables if each.name in self.features}
+        if plant.fmu is not None:  # its coefficient has a unit of its own
+            del known[names.LEAKAGE_COEFFICIENT]
+            if plant.leakage.coefficient is not None:
+                number = f"{self.features[names.LEAKAGE_COEFFICIENT]:.4g}"
+                lead.append((f"leakage, {plant.leakage.coefficient}", number))
+        shown = [
+            (f"{name}, {title}" if "." in name else title, shown_quantity(value, value.unit or "1"))
+            for name, title in known.items()
+            if math.isfinite(value := self.features[name])
+        ]
+        features, values = zip(*lead, *shown, strict=True)
+        named = Column("feature", features, is_text=True)
+        return Table((named, Column("value", values, is_text=True)), title=self.title)
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi simulate --json`` prints."""

@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import platform
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.runs import run_identities
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import ExperimentData, ShardResults
 from hydrofdi.store.experiment_file import read_experiment, read_unfinished
-from hydrofdi.store.folder import (
-    REQUEST_FILE,
-    read_failures,
-    read_provenance,
-    read_request,
-    request_record,
-    stored_identity,
-)
+from hydrofdi.store.folder import REQUEST_FILE, read_failures, read_request, request_record, stored_identity
 from hydrofdi.store.layout.names import RUN_ID
 from hydrofdi.store.shards import ShardIndex, read_index
 from hydrofdi.version import __version__
@@ -186,43 +176,3 @@ def library_versions() -> dict[str, str]:
     """Versions of hydrofdi, Python and the libraries that numbers depend on."""
     versions = {name: version(name) for name in _LIBRARIES}
     return versions | {"hydrofdi": __version__, "python": platform.python_version()}
-
-
-_PHYSICS = "physics version"
-
-
-def changes_since(directory: Path, asked: ExperimentConfig) -> dict[str, tuple[Any, Any]]:
-    """Key → (value of the latest sweep that stored runs, value now), where they differ, in SI."""
-    made = next((record for record in reversed(read_provenance(directory)) if record.get("computed")), None)
-    if made is None:
-        return {}
-    changes = _changes(made["configuration"], asked)
-    physics = made.get("physics", PHYSICS_VERSION)
-    return changes | ({} if physics == PHYSICS_VERSION else {_PHYSICS: (physics, PHYSICS_VERSION)})
-
-
-def replaced_settings(directory: Path, asked: ExperimentConfig) -> list[str]:
-    """Keys of the experiment that a folder showed until now, which differ from those of another."""
-    shown = request_record(directory)
-    return [*_changes(shown, asked)] if shown else []
-
-
-def _changes(before: dict[str, Any], asked: ExperimentConfig) -> dict[str, tuple[Any, Any]]:
-    """Key → (value before, value now), where they differ."""
-    old = _flat(before)
-    now = _flat(without_contents(json.loads(asked.model_dump_json())))
-    return {
-        key: (old.get(key), now.get(key))
-        for key in dict.fromkeys([*old, *now])
-        if old.get(key) != now.get(key) and not key.startswith("units: ")
-    }
-
-
-def _flat(value: Any, path: str = "") -> dict[str, Any]:
-    """Values by dotted keys; lists, and what is empty, stay whole."""
-    if not isinstance(value, dict) or not value:
-        return {path: value} if value not in ({}, []) else {}
-    flat: dict[str, Any] = {}
-    for key, content in value.items():
-        flat |= _flat(content, f"{path}: {key}" if "." in key else f"{path}.{key}".lstrip("."))
-    return flat

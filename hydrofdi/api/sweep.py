@@ -6,7 +6,7 @@ import math
 import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import replace
 from os import PathLike
@@ -16,15 +16,9 @@ from typing import TYPE_CHECKING, Literal, Unpack
 from hydrofdi import errors, execution
 from hydrofdi.api.arguments import count_of, path_of
 from hydrofdi.api.plan import WHOLE, Part, SweepPlan, part_of, plan_sweep
-from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
+from hydrofdi.api.progress import COEFFICIENTS, RUNS, Watching, watching
 from hydrofdi.api.results import Results, SweepSummary
-from hydrofdi.api.stored import (
-    experiment_directory,
-    experiment_file,
-    library_versions,
-    read_results,
-    replaced_settings,
-)
+from hydrofdi.api.stored import experiment_directory, experiment_file, library_versions, read_results
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import run_identities
@@ -66,10 +60,9 @@ def sweep(
     workers: int | None = None,
     engine: Literal["local", "in-process", "dask"] = "local",
     scheduler: str | None = None,
-    shared_directory: bool = True,
     part: str | None = None,
     retry_failed: bool = False,
-    progress: bool | Callable[[Progress], object] = False,
+    progress: bool = False,
     **settings: Unpack[Settings],
 ) -> Results:
     """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
@@ -86,14 +79,12 @@ def sweep(
         Where runs are computed: in worker processes, in this process, or on a Dask cluster.
     scheduler : str, optional
         Address of the Dask scheduler, such as tcp://host:8786.
-    shared_directory : bool
-        Dask workers write into the results folder (the default), or send their results.
     part : str, optional
         Only this part of the runs, such as 3/64; ``hydrofdi collect`` joins the parts of all machines.
     retry_failed : bool
         Retry runs that raised an error, hung or lost their worker.
-    progress : bool or callable
-        True shows warnings and progress on standard error; a function is called with each `Progress`.
+    progress : bool
+        Show warnings and progress on standard error.
     **settings
         As in `hydrofdi.simulate`; also what varies: ``grid={"EBM": ["551 MPa", "689 MPa"]}``.
 
@@ -125,7 +116,7 @@ def sweep(
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
         own = WHOLE if part is None else part_of(part)
-        chosen = execution.engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
+        chosen = execution.engine_named(engine, n_worker, scheduler)
         with shown_in(loaded.units):
             summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
     if summary.interrupted:
@@ -144,7 +135,7 @@ def run_sweep(
 ) -> SweepSummary:
     """Compute the missing runs of an experiment and build its experiment file; a part builds none."""
     start = time.perf_counter()
-    watcher = watcher or Watching(lambda _: None)
+    watcher = watcher or Watching()
     require_unlocked(directory, shared=bool(part.suffix))
     require_same_experiment(directory, experiment)
     if not (directory / REQUEST_FILE).exists():
@@ -153,8 +144,6 @@ def run_sweep(
     plan = plan_sweep(experiment, directory, retry_failed=retry_failed, part=part)
     for warning in plan.doubts:
         watcher.tell(f"warning: {warning}")
-    if replaced := replaced_settings(directory, experiment):
-        watcher.tell(f"{directory}: another {', '.join(replaced)} than before; earlier runs are kept")
     if not plan.missing and (part.suffix or is_current(plan.file, experiment)):
         _clear_away(plan)
         return _summary(plan, 0, start)

@@ -7,7 +7,6 @@ import os
 import signal
 import sys
 import traceback
-import warnings
 from collections.abc import Iterable
 from importlib import import_module
 from operator import attrgetter
@@ -24,9 +23,6 @@ from hydrofdi.settings.messages import similar
 
 _MOST_OF_PATH = 60
 """Number of characters that are shown of a name that is too long."""
-
-_TOLD = (errors.ShadowedNameWarning,)
-"""Warnings that are for users."""
 
 DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
 
@@ -79,14 +75,14 @@ _KEYWORDS = {
     "diagnose": ("indicators", "healthy", "sampling_frequency"),
     "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),
     "export": ("format", "channels", "unit", "runs", "sampling_frequency", "overwrite"),
-    "inspect": ("indicators", "record", "write", "sampling_frequency"),
+    "inspect": ("record", "write", "sampling_frequency"),
     "measure": ("indicators", "sampling_frequency"),
     "monitor": ("config", "state", "log", "metrics", "events", "follow", "sampling_frequency"),
     "plan": ("out", "workers", "retry_failed"),
     "replay": ("record", "now", "sampling_frequency"),
     "rerun": ("experiment --config",),
     "simulate": ("out",),
-    "sweep": ("out", "workers", "engine", "scheduler", "shared_directory", "part", "retry_failed"),
+    "sweep": ("out", "workers", "engine", "scheduler", "part", "retry_failed"),
     "train": ("healthy", "config", "sampling_frequency"),
     "trend": (
         "limit",
@@ -99,7 +95,6 @@ _KEYWORDS = {
         "confidence",
         "sampling_frequency",
     ),
-    "why": ("experiment --config",),
 }
 """Command → keywords of a function in Python that are its options, too."""
 
@@ -155,8 +150,7 @@ def _root(
 def main() -> None:
     """Run the command line and exit."""
     try:
-        with warnings.catch_warnings(), told_on_standard_error():
-            _show_warnings()
+        with told_on_standard_error():
             arguments = sys.argv[1:] or ["--help"]
             is_command = arguments[0] in _HOMES
             is_completion = "_HYDROFDI_COMPLETE" in os.environ
@@ -220,20 +214,6 @@ def _take_back_ctrl_c() -> None:
     """Let Ctrl-C raise `KeyboardInterrupt` again; until here, the entry point handles it."""
     if callable(signal.getsignal(signal.SIGINT)):
         signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def _show_warnings() -> None:
-    show = warnings.showwarning
-
-    def tell(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-        if issubclass(category, _TOLD):
-            print(f"warning: {message}", file=sys.stderr)
-        else:
-            show(message, category, *place, **more)
-
-    for shown in _TOLD:
-        warnings.simplefilter("always", shown)
-    warnings.showwarning = tell
 
 
 def _complain(message: str) -> int:

@@ -91,8 +91,8 @@ def configs(
 def check(config: Config = None, settings: Settings = None) -> Found:
     """Inspect an experiment before running it.
 
-    Shows what is unusual about the machine and what to change; statics and speeds, hydraulic mode and
-    bands, step, record, leakage, stroke and sensor noise.
+    Shows what is unusual about the machine and what to change; statics and speeds, hydraulic mode,
+    step, leakage and stroke.
 
     Simulates up to 32 of the runs that differ in more than their sensors, spread evenly; step limits and what
     follows from parameters alone cover all runs. Exit code 1 if results would be wrong.

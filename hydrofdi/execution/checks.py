@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,9 +15,7 @@ from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_value
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
-from hydrofdi.config.sweep import quantiles
 from hydrofdi.detectors.run_lengths import time_needed
-from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
@@ -32,7 +30,6 @@ from hydrofdi.transforms.wavelet import level_bands
 
 NEAR_BAND_EDGE = 0.25
 """A mode within so many octaves of a band's edge may answer in either level."""
-
 
 MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""
@@ -59,20 +56,6 @@ def said(rules: Iterable[Rule], experiment: ExperimentConfig, distinct: Distinct
     return list(dict.fromkeys(sentence for rule in rules for sentence in rule(experiment, distinct)))
 
 
-def period_count(run: RunParameters) -> float:
-    """Periods of the input in the record; NaN if it has none."""
-    return run.record.duration / run.input.period if run.input.is_periodic else math.nan
-
-
-def place_in_bands(frequency: float, bands: Sequence[tuple[float, float]]) -> tuple[int, float]:
-    """Level whose band holds a frequency, and its distance from the nearest edge in octaves."""
-    edges = [bands[0][1], *(low for low, _ in bands)]
-    level = sum(frequency < edge for edge in edges)
-    if not frequency > 0.0:
-        return level, math.nan
-    return level, min(abs(math.log2(frequency / edge)) for edge in edges)
-
-
 def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """A mode near the edge of a band, if an indicator has the bands of a wavelet transform."""
     made = experiment.indicator_choice.made(experiment.wavelet).values()
@@ -80,8 +63,8 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
         return
     for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
         frequency = natural_frequency(run) if run.plant.fmu is None else math.nan
-        bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
-        if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:
+        edges = chain.from_iterable(level_bands(run.record.sampling_frequency, run.wavelet.levels))
+        if frequency > 0.0 and min(abs(math.log2(frequency / each)) for each in edges) < NEAR_BAND_EDGE:
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
             yield (
                 f"Two wavelet levels share the natural frequency, {frequency:.1f} Hz at EBM {modulus}, so"
@@ -130,8 +113,7 @@ def _doubts_of_fmu(experiment: ExperimentConfig, distinct: Distinct) -> Iterator
 
 def _periods(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     for run in distinct("input", "record"):
-        n_period = period_count(run)
-        if math.isfinite(n_period) and not is_whole(n_period):
+        if run.input.is_periodic and not is_whole(n_period := run.record.duration / run.input.period):
             yield f"the record holds {n_period:g} periods, no whole number: features depend on where it ends"
 
 
@@ -226,30 +208,6 @@ def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterat
             yield f"study.{key} = {count} {cannot} needs {needed:,} records"
 
 
-def _shifts_inside(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on each shift whose values the fit records may have as well."""
-    study = experiment.study
-    assert study is not None
-    drawn = study.population.over | study.population.per_record
-    for name, changes in study.shifts.items():
-        ranges = {each: _usual_range(drawn[each]) for each in changes if each in drawn}
-        if len(ranges) == len(changes) and all(
-            isinstance(value, float) and low <= value <= high
-            for value, (low, high) in zip(changes.values(), ranges.values(), strict=True)
-        ):
-            shown = ", ".join(f"{each} = {shown_value(each, value)}" for each, value in changes.items())
-            yield (
-                f"study.shifts.{name}: {shown} lies inside the population, so fit records show this condition"
-                " as well; shift it further, or call it a confusion if it is a fault"
-            )
-
-
-def _usual_range(distribution: dict[Any, list[Any]]) -> tuple[float, float]:
-    """Where all but one in a hundred draws lie; not a number if they are not numbers."""
-    low, high = quantiles(distribution, np.array([0.005, 0.995]))
-    return (float(low), float(high)) if isinstance(low, int | float) else (np.nan, np.nan)
-
-
 def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Indicators that charts watch, each with the instants of its trace [s]."""
     from hydrofdi.studies.charts import watched_instants  # only a study loads its rooms
@@ -296,17 +254,10 @@ def _onsets(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
         )
 
 
-def _extra(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    from hydrofdi.studies.reading import asks_for_extra
-
-    if asks_for_extra(experiment.detection) and not has_extra():
-        yield f"the report will leave out scores that need the extra: {EXTRA}"
-
-
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]
 
 RULES: tuple[Rule, ...] = (_bands, _folding, _doubts_of_fmu, _periods, without_results, other_machines)
-STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _shifts_inside, _free_supply_sensors, _onsets, _extra)
+STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _free_supply_sensors, _onsets)
 """Rules that hold for every experiment, and those for studies of detection."""
 
 

@@ -6,12 +6,11 @@ import difflib
 import json
 import os
 import re
-import warnings
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from hydrofdi.errors import ConfigError, ShadowedNameWarning
+from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import brief, nearest
 
 _FOLDER = "configs"
@@ -29,18 +28,8 @@ def located(path: Path, folder: Path = Path()) -> Path:
     here = folder / path
     for own in (here, Path(f"{here}.yaml")):
         if os.path.exists(own) and not os.path.isdir(own):
-            warn_if_shadowing(path, own)
             return own
     return _ready(path) or here
-
-
-def warn_if_shadowing(path: Path, own: Path) -> None:
-    """Warn that a file or folder of the user is used and not the ready configuration of the same name."""
-    ready = None if path.suffix else _ready(path)
-    if ready is not None and (os.path.isdir(own) or ready.read_bytes() != own.read_bytes()):
-        kind = "folder" if os.path.isdir(own) else "file"
-        message = f"{path} is the {kind} {own} here, not the ready configuration '{path}'"
-        warnings.warn(f"{message}; rename it to use that", ShadowedNameWarning, stacklevel=2)
 
 
 def _ready(path: Path) -> Path | None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
 
 if TYPE_CHECKING:
-    import h5py
+    pass
 
 MISSING = "missing"
 """Status of a run that has not been computed."""
@@ -50,14 +50,6 @@ def gathered(
             columns[name][tuple(inside)] = values
             absent.discard(name)
     return {name: values for name, values in columns.items() if name not in absent}
-
-
-class _Stretch(NamedTuple):
-    """Runs that are consecutive both in the experiment and in a shard, or that lack a result."""
-
-    shard: Path | None
-    row: int
-    n_run: int
 
 
 class ShardResults:
@@ -108,19 +100,6 @@ class ShardResults:
         rows = self.rows([name], [position])
         return rows[name][0] if name in rows else np.empty(0)
 
-    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[shards.Block]:
-        """All rows of a signal in order; NaN if it is not stored."""
-        for shard, row, n_run in self._stretches():
-            if shard is None:
-                yield from shards.lacking_blocks(n_run, target)
-                continue
-            with open_for_reading(shard) as file:
-                yield from (
-                    shards.read_blocks(file[name], row, n_run, target)
-                    if name in file
-                    else shards.lacking_blocks(n_run, target)
-                )
-
     def time(self) -> NDArray[np.float64] | None:
         """Sampling instants [s]; None if no run is stored with signals."""
         shard = next((run.shard for run in self._signals if run is not None and run.signals != "none"), None)
@@ -128,17 +107,6 @@ class ShardResults:
             return None
         with open_for_reading(shard) as file:
             return np.asarray(file[names.TIME][:])
-
-    def _stretches(self) -> list[_Stretch]:
-        stretches: list[_Stretch] = []
-        for located in self._signals:
-            shard, row = (None, 0) if located is None else (located.shard, located.row)
-            last = stretches[-1] if stretches else None
-            if last and last.shard == shard and (shard is None or row == last.row + last.n_run):
-                stretches[-1] = last._replace(n_run=last.n_run + 1)
-            else:
-                stretches.append(_Stretch(shard, row, 1))
-        return stretches
 
     def _reason(self, position: int) -> tuple[str, str]:
         """Status and message of a run without a result."""

@@ -25,10 +25,13 @@ from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
 from hydrofdi.store.folder import stored_experiment
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
-from hydrofdi.store.shards import FileSignals, create_signal, values_in, write_block
+from hydrofdi.store.shards import FileSignals, create_signal, values_in, write_rows
 
 if TYPE_CHECKING:
     import h5py
+
+_BLOCK_BYTES = 10_000_000
+"""Approximate size of the rows of a signal that are in memory while they are copied [bytes]."""
 
 _VERSION = "version_"
 """Prefix of the attributes that contain library versions."""
@@ -157,9 +160,11 @@ def _write_signal(
     if variable.is_mostly_still:
         still = next(iter(results.signal(variable.name, 0)), np.nan)
     dataset = create_signal(file, variable.name, shape, experiment.store, still)
-    row = 0
-    for block in results.blocks(variable.name, dataset):
-        row += write_block(dataset, row, block)
+    at_once = max(1, _BLOCK_BYTES // (8 * shape[1]))
+    for first in range(0, shape[0], at_once):
+        positions = range(shape[0])[first : first + at_once]
+        rows = results.rows([variable.name], positions).get(variable.name)
+        write_rows(dataset, first, np.full((len(positions), shape[1]), np.nan) if rows is None else rows)
     _label(file, dataset, variable, variable.dimensions)
 
 

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,20 +25,6 @@ from hydrofdi.store.layout.names import TIME, Variable, stored_signals
 if TYPE_CHECKING:
     import h5py
 
-_BLOCK_BYTES = 1_000_000
-"""Approximate size of a block in memory, so that it fits the processor cache [bytes]."""
-
-
-class Chunk(NamedTuple):
-    """One row of a signal as stored in a file, compressed or not."""
-
-    filter_mask: int
-    content: bytes
-
-
-Block = NDArray[Any] | Chunk
-"""Rows of a signal that are being copied: an array of shape (n_row, n_time), or one stored row."""
-
 
 def create_signal(
     file: h5py.File, name: str, shape: tuple[int, int], store: StoreConfig, still: float | None = None
@@ -49,82 +34,25 @@ def create_signal(
     if still is not None:
         options = {"chunks": (1, shape[1]), "fillvalue": still}
     if store.compression != "none":
-        # A chunk is a run: reading one decompresses no other, and chunks are copied without decompression.
+        # A chunk is a run: reading one decompresses no other.
         options |= {"chunks": (1, shape[1]), "compression": store.compression, "shuffle": True}
     if store.compression == "gzip":
         options["compression_opts"] = 4
     return file.create_dataset(name, shape, store.dtype, **options)
 
 
-def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset) -> Iterator[Block]:
-    """Rows of a signal, compressed if the target has its layout; write each block before the next."""
-    if _laid_out_alike(source, target):
-        for k in range(row, row + n_row):
-            yield _read_chunk(source, k)
-        return
-    n_time = source.shape[1]
-    buffer = np.empty((_rows_per_block(n_time), n_time), target.dtype)
-    for first in range(row, row + n_row, len(buffer)):
-        block = buffer[: min(len(buffer), row + n_row - first)]
-        source.read_direct(block, np.s_[first : first + len(block)])
-        yield block
-    _drop_from_page_cache(source, row, n_row)
-
-
-def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
-    """Blocks of NaN for missing rows of a signal."""
-    n_time = target.shape[1]
-    block = np.full((_rows_per_block(n_time), n_time), np.nan, target.dtype)
-    for first in range(0, n_row, len(block)):
-        yield block[: n_row - first]
-
-
-def write_block(target: h5py.Dataset, row: int, block: Block) -> int:
-    """Write a block, but for rows at the fill value, from a row on, and return its number of rows."""
+def write_rows(target: h5py.Dataset, first: int, rows: NDArray[Any]) -> None:
+    """Write rows of a signal, but for those at the fill value, from a row on."""
     import h5py
 
-    if isinstance(block, Chunk):
-        if block.content:
-            target.id.write_direct_chunk((row, 0), block.content, block.filter_mask)
-        return 1
-    rows = block.astype(target.dtype, copy=False)
+    rows = rows.astype(target.dtype, copy=False)
     if target.id.get_create_plist().fill_value_defined() != h5py.h5d.FILL_VALUE_USER_DEFINED:
-        target[row : row + len(rows)] = rows
-        return len(rows)
+        target[first : first + len(rows)] = rows
+        return
     # NaN is not equal to itself.
     stands = np.isnan(rows) if np.isnan(target.fillvalue) else rows == target.fillvalue
     for moving in np.flatnonzero(~stands.all(axis=1)):
-        target[row + moving] = rows[moving]
-    return len(rows)
-
-
-def _rows_per_block(n_time: int) -> int:
-    return max(1, _BLOCK_BYTES // (8 * n_time))
-
-
-def _laid_out_alike(source: h5py.Dataset, target: h5py.Dataset) -> bool:
-    layouts = [
-        (data.chunks, data.dtype, data.compression, data.compression_opts) for data in (source, target)
-    ]
-    same_fill = np.array_equal(source.fillvalue, target.fillvalue, equal_nan=True)
-    return target.chunks is not None and layouts[0] == layouts[1] and same_fill
-
-
-def _read_chunk(source: h5py.Dataset, row: int) -> Chunk:
-    """A row as stored in the file; empty if it is constant at the fill value."""
-    # A chunk that was never written has no place in the file.
-    if source.id.get_chunk_info_by_coord((row, 0)).byte_offset is None:
-        return Chunk(0, b"")
-    return Chunk(*source.id.read_direct_chunk((row, 0)))
-
-
-def _drop_from_page_cache(source: h5py.Dataset, row: int, n_row: int) -> None:
-    offset = source.id.get_offset()
-    if offset is not None and hasattr(os, "posix_fadvise"):
-        size = source.dtype.itemsize * source.shape[1]
-        handle = source.file.id.get_vfd_handle()
-        # Rows are copied once: keeping them would push what others need out of memory.
-        os.posix_fadvise(handle, offset + row * size, n_row * size, os.POSIX_FADV_DONTNEED)
+        target[first + moving] = rows[moving]
 
 
 @dataclass(frozen=True)
@@ -162,18 +90,9 @@ SHARDS = "shards"
 
 def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
     """Write the results of a batch atomically into an experiment's folder."""
-    return _place_shard(directory, lambda aside: _write_file(aside, columns, store))
-
-
-def store_shard_bytes(directory: Path, content: bytes) -> Path:
-    """Store the content of a shard that was made elsewhere, and return its path."""
-    return _place_shard(directory, lambda aside: aside.write_bytes(content))
-
-
-def _place_shard(directory: Path, write: Callable[[Path], object]) -> Path:
     path = directory / SHARDS / "new.h5"
     with whole_file(path, lambda: path) as aside:
-        write(aside)
+        _write_file(aside, columns, store)
         path = path.with_name(f"{content_digest(aside)}.h5")
     return path
 
@@ -201,7 +120,7 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
                 file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())
             elif variable.is_signal:
                 still = values[0, 0] if variable.is_mostly_still else None
-                write_block(create_signal(file, variable.name, values.shape, store, still), 0, values)
+                write_rows(create_signal(file, variable.name, values.shape, store, still), 0, values)
             else:
                 file.create_dataset(variable.name, data=values)
         if store.signals != "none":

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,17 +84,6 @@ def detail_coefficients(
     return np.linspace(time[0], time[-1], details.size), details
 
 
-def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
-    """Fraction of detail coefficients at each level, d1 first, that depend on the extension of the record."""
-    from pywt import Wavelet, dwt_coeff_len
-
-    taps, length, shares = Wavelet(wavelet.name).dec_len, n_sample, []
-    for inside in inner_coefficients(n_sample, wavelet):
-        length = dwt_coeff_len(length, taps, wavelet.extension)
-        shares.append(1.0 - max(0, inside.stop - inside.start) / length)
-    return shares
-
-
 def counted_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
     """Slice of the coefficients that are used, for each level."""
     if wavelet.boundary == "kept":
@@ -122,42 +109,6 @@ def decomposition_filters(wavelet: WaveletConfig) -> tuple[NDArray[np.float64], 
 
     filters = Wavelet(wavelet.name)
     return np.array(filters.dec_lo), np.array(filters.dec_hi)
-
-
-def noise_rms(wavelet: WaveletConfig, autocovariance: Sequence[float]) -> list[float]:
-    """Expected RMS of the detail coefficients of noise, d1 first, in the unit of the noise.
-
-    The autocovariance is at lags 0, 1, … [samples], zero beyond. With an orthogonal wavelet, white noise has
-    its standard deviation at every level.
-    """
-    low_pass, high_pass = decomposition_filters(wavelet)
-    approximation, levels = np.ones(1), []
-    for level in range(wavelet.levels):
-        detail = _spread_convolution(approximation, high_pass, 2**level)
-        approximation = _spread_convolution(approximation, low_pass, 2**level)
-        levels.append(math.sqrt(_filtered_variance(detail, autocovariance)))  # (m8)
-    return levels
-
-
-def _filtered_variance(taps: NDArray[np.float64], autocovariance: Sequence[float]) -> float:
-    """Variance of filtered noise."""
-    variance = autocovariance[0] * float(taps @ taps)
-    for distance, covariance in enumerate(autocovariance[1 : taps.size], 1):
-        # Each lag stands for its negative as well.
-        variance += 2.0 * covariance * float(taps[distance:] @ taps[:-distance])
-    # Rounding can leave less than zero.
-    return max(variance, 0.0)
-
-
-def _spread_convolution(
-    signal: NDArray[np.float64], taps: NDArray[np.float64], distance: int
-) -> NDArray[np.float64]:
-    """Convolution of a signal with taps spaced `distance` samples apart (à trous)."""
-    result = np.zeros(signal.size + distance * (taps.size - 1))
-    for position, tap in enumerate(taps):
-        first = distance * position
-        result[first : first + signal.size] += tap * signal
-    return result
 
 
 def percentage_change(

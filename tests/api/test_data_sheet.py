@@ -11,6 +11,7 @@ import hydrofdi
 from hydrofdi.api.starting import sheet_text
 from hydrofdi.config import load_experiment
 from hydrofdi.config.data_sheet import CylinderSheet
+from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.sweep import quantiles
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.steady_state import steady_speed
@@ -111,8 +112,8 @@ def test_the_command_is_the_function_and_its_file_is_planned_as_it_is(tmp_path):
     assert text == sheet_text("press", sheet)
     plan = run_json("plan", "press.yaml", cwd=tmp_path)
     assert plan["planned"] == 1460
-    assert not plan["unusual_values"]
-    assert not plan["idle_parameters"]
+    made = load_experiment(tmp_path / "press.yaml")
+    assert not unusual_values(made) + idle_parameters(made)
     assert not [each for each in plan["warnings"] if "study" in each or "machine" in each]
 
 

@@ -119,17 +119,6 @@ def test_every_form_trains_the_same_detector(form):
     assert found.file.limits != hydrofdi.train(HEALTHY, "dwt", **WANTED).file.limits
 
 
-def test_options_stand_beside_the_name_of_one_indicator():
-    beside = hydrofdi.measure(HEALTHY, "dwt", options={"levels": 3}, **AT_1_KHZ)
-    assert "dwt.d3" in beside.columns
-    assert beside.to_dict() == hydrofdi.measure(HEALTHY, {"dwt": {"levels": 3}}, **AT_1_KHZ).to_dict()
-    for indicators in ("all", "dwt,ring_down", ["dwt"], {"dwt": {}}):
-        with pytest.raises(hydrofdi.HydrofdiError, match=r"^options: "):
-            hydrofdi.measure(HEALTHY, indicators, options={"levels": 3}, **AT_1_KHZ)
-    with pytest.raises(hydrofdi.HydrofdiError, match=r"levls.*'levels'"):
-        hydrofdi.measure(HEALTHY, "dwt", options={"levls": 3}, **AT_1_KHZ)
-
-
 GIVEN = {
     "piston_area": "20 cm^2", "chamber_volume": "1 L", "bulk_modulus": "1 GPa", "flow_gain": 0.03,
     "area_gradient": "20 mm",

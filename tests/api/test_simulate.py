@@ -56,8 +56,8 @@ def test_a_run_is_a_dataset_with_units_a_frame_and_a_page(leaking):
     same, own = hydrofdi.measure(frame, "dwt"), hydrofdi.measure(leaking, "dwt")
     np.testing.assert_allclose(same["dwt.d2"], own["dwt.d2"], rtol=1e-12)
     page = leaking._repr_html_()
-    assert "RMS of d2" in page
-    assert page.count("<tr>") == len(leaking.table) + 1
+    assert "dwt.d2" in page
+    assert page.count("<tr>") == min(len(leaking.table), 30) + 1
     assert leaking.plot()._repr_png_().startswith(b"\x89PNG")
 
 

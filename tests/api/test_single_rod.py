@@ -27,7 +27,7 @@ def moved(of, distance):
 
 
 def measured(signals, options):
-    return hydrofdi.measure(signals, "flow_balance", options=options, sampling_frequency=RATE)
+    return hydrofdi.measure(signals, {"flow_balance": options}, sampling_frequency=RATE)
 
 
 @pytest.mark.parametrize(

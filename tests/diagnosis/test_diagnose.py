@@ -44,7 +44,9 @@ def diagnosed(healthy):
     def found(data, history=None, **more):
         past = in_memory(healthy) if history is None else history
         rate = healthy.sampling_frequency
-        return hydrofdi.diagnose(data, past or None, options=OPTIONS, sampling_frequency=rate, **more)
+        return hydrofdi.diagnose(
+            data, past or None, {"flow_balance": OPTIONS}, sampling_frequency=rate, **more
+        )
 
     return found
 
@@ -112,7 +114,9 @@ def test_what_cannot_be_told_is_an_error(leaking, tmp_path):
     with pytest.raises(DataError, match="Hz"):
         hydrofdi.diagnose(write_all(tmp_path / "today", in_memory(leaking, P1="P2"), frequency), mixed)
     with pytest.raises(ConfigError, match="half_windo"):
-        hydrofdi.diagnose(in_memory(leaking), sampling_frequency=frequency, options={"half_windo": 8})
+        hydrofdi.diagnose(
+            in_memory(leaking), None, {"flow_balance": {"half_windo": 8}}, sampling_frequency=frequency
+        )
 
 
 def test_a_record_with_a_hole_is_not_judged(diagnosed, leaking):

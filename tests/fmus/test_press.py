@@ -26,5 +26,5 @@ def test_a_plant_in_python_leaks_as_it_is_told(press):
     settings = ["--set", "record.duration=2 s", "--set", "leakage.internal_coefficient=5e-9"]
     done = run_process("simulate", "press.yaml", *settings, cwd=press)
     assert done.returncode == 0, done.stderr
-    flow = float(re.search(r"mean internal leakage +(\S+) +L/min", done.stdout)[1])
+    flow = float(re.search(r"mean of the absolute internal leakage flow +(\S+) +L/min", done.stdout)[1])
     assert 0.2 < flow < 1.2  # the coefficient times the root of 0.5 to 16 MPa

@@ -47,7 +47,7 @@ def test_function_returns_the_number_in_the_document(identifier: str, call: str,
     assert _evaluate(call) == pytest.approx(float(value), rel=2e-9, abs=1e-30)
 
 
-UNNUMBERED = {"1", "3", "10", "u1", "u2", "u4", "m8", "m10"}
+UNNUMBERED = {"1", "3", "10", "u1", "u2", "u4", "m10"}
 """Derivatives by name, the twin of 9, signals, what takes a section or an autocovariance, lags in series."""
 
 

@@ -101,7 +101,7 @@ def test_a_detector_is_not_trained_on_pressures_in_another_unit_unless_they_are_
     pressure = 150 * (1 + np.random.default_rng(5).normal(0.0, 0.05, 20_000))
     with pytest.raises(DataError, match="chamber_1_pressure"):
         hydrofdi.train({"P1": pressure}, "dwt", **given)
-    assert hydrofdi.train({"P1": pressure}, "dwt", accept=True, **given).false_alarm_rate == 0.3
+    assert hydrofdi.train({"P1": pressure}, "dwt", accept=True, **given).file.limits.false_alarm_rate == 0.3
 
 
 @pytest.mark.parametrize(

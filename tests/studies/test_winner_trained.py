@@ -57,13 +57,15 @@ def detection(data):
 
 def judged_as_in_the_study(detection, judgement, detector, records):
     """The numbers of test records, and the threshold, are those of the study."""
-    low, high = (np.nan if limit is None else limit for limit in detector.limits)
+    low, high = (
+        np.nan if limit is None else limit for limit in (detector.file.limits.low, detector.file.limits.high)
+    )
     threshold = judgement.threshold
     assert (low, high) == pytest.approx(
         [limit if np.isfinite(limit) else np.nan for limit in (threshold.low, threshold.high)],
         rel=0, abs=0, nan_ok=True,
     )  # fmt: skip
-    assert detector.false_alarm_interval == threshold.interval
+    assert detector.file.limits.interval == threshold.interval
     populations = detection.records.populations
     is_tested = np.array([not each.is_fit for each in populations])[detection.records.of_record]
     found = np.array([np.nan if score is None else score for score in records["score"]], dtype=float)

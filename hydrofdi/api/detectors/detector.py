@@ -106,31 +106,6 @@ class Detector(TrainedDetector):
         return self.file.score_name
 
     @property
-    def limits(self) -> tuple[float | None, float | None]:
-        """Scores below the first or above the second are alarms; None if there is no such limit."""
-        return self.file.limits.low, self.file.limits.high
-
-    @property
-    def sampling_frequency(self) -> float:
-        """Sampling frequency of the records that it judges [Hz]."""
-        return self.file.sampling_frequency
-
-    @property
-    def channels(self) -> list[str]:
-        """Names of the channels that it reads."""
-        return [channel.value for channel in self.file.channels]
-
-    @property
-    def false_alarm_rate(self) -> float:
-        """Requested share of healthy windows that raise an alarm [-]."""
-        return self.file.limits.false_alarm_rate
-
-    @property
-    def false_alarm_interval(self) -> tuple[float, float]:
-        """Confidence interval of the true share [-]."""
-        return self.file.limits.interval
-
-    @property
     def summary(self) -> str:
         """What it judges, its false-alarm rate, and the data behind it; one sentence a line."""
         return "\n".join(self._sentences())
@@ -334,8 +309,8 @@ class Detector(TrainedDetector):
         ).run(stop)
 
     def __repr__(self) -> str:
-        low, high = (percent(share) for share in self.false_alarm_interval)
-        rate = f"false alarms in {percent(self.false_alarm_rate)} of healthy {self.file.noun}s"
+        low, high = (percent(share) for share in self.file.limits.interval)
+        rate = f"false alarms in {percent(self.file.limits.false_alarm_rate)} of healthy {self.file.noun}s"
         rate = promise_text(self.file) if self.file.chart else f"{rate} ({low.removesuffix(' %')} to {high})"
         return f"{self.name}: alarm {self.file.alarm_text}; {rate}"
 

@@ -70,7 +70,7 @@ def train(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
         Records, as `hydrofdi.measure` takes them.
     indicator : str, path, mapping or sequence of str, optional
         What is measured, ``"dwt"`` by default; a label, where `config` has several. Also in the forms that
@@ -119,7 +119,7 @@ def train(
     >>> import hydrofdi, numpy
     >>> pressure = 5e6 + 1e4 * numpy.random.default_rng(1).standard_normal((200, 1000))
     >>> detector = hydrofdi.train(pressure, output="d2", sampling_frequency="1 kHz", false_alarm_rate="2 %")
-    >>> detector.false_alarm_rate, detector.sampling_frequency
+    >>> detector.file.limits.false_alarm_rate, detector.file.sampling_frequency
     (0.02, 1000.0)
     >>> print(detector.summary)
     It judges windows of 1 s at 1000 Hz and needs P1 (chamber_1_pressure).

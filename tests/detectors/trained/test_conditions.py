@@ -142,7 +142,7 @@ def test_the_estimates_and_the_temperature_are_covered(tmp_path):
     allowing = hydrofdi.train(unknown, config=config, sampling_frequency=frequency)
     exact = hydrofdi.train(unknown, config=config | {"compensate": False}, sampling_frequency=frequency)
     assert 0.0 < allowing.file.limits.allowance < 0.6 * allowing.file.healthy.centre
-    assert allowing.limits[1] == pytest.approx(exact.limits[1] + allowing.file.limits.allowance)
+    assert allowing.file.limits.high == pytest.approx(exact.file.limits.high + allowing.file.limits.allowance)
     assert exact.file.limits.allowance == 0.0
     with pytest.raises(NotStatedError, match=r"no healthy record has weak_rls\.leakage"):
         hydrofdi.train(channels, config=config | {"window": {"duration": 0.2}}, sampling_frequency=frequency)
@@ -194,8 +194,8 @@ def test_of_a_temperature_that_is_always_the_same_nothing_is_taken_out_and_it_is
     one = own([300.0] * 30)
     assert not one.file.basis.not_judged
     plain = hydrofdi.train(records([300.0] * 30), sampling_frequency=100, compensate=False, **MEAN)
-    assert one.limits[1] - one.file.healthy.centre == pytest.approx(
-        plain.limits[1] - plain.file.healthy.centre, rel=0.2
+    assert one.file.limits.high - one.file.healthy.centre == pytest.approx(
+        plain.file.limits.high - plain.file.healthy.centre, rel=0.2
     )
 
 

@@ -128,10 +128,10 @@ def test_training_states_both_sources_and_the_file_is_read_again(fleet, tmp_path
     assert "5 own windows and the fleet fleet.json, 30 machines" in detector.summary
     again = hydrofdi.Detector.load(path)
     assert again.file == detector.file
-    low, high = again.false_alarm_interval
+    low, high = again.file.limits.interval
     assert low < 0.01 < high
     assert bool(again.judge(OWN + 2e5, sampling_frequency=50)["beyond_limit"].all())
-    assert train(fleet=fleet, false_alarm_rate="5 %").limits[1] < detector.limits[1]
+    assert train(fleet=fleet, false_alarm_rate="5 %").file.limits.high < detector.file.limits.high
     with pytest.raises(ConfigError, match="is not a fleet"):
         train(fleet=path)
 

@@ -110,7 +110,7 @@ def diagnose(
 
     Parameters
     ----------
-    data : path, results, array_like, mapping, DataFrame, or list of these
+    data : path, results, array_like, mapping, DataFrame, Dataset, or list of these
         Records with P1, x, and u or the spool position; better with P2. As for `hydrofdi.measure`. Of
         labelled records, those that are not healthy. All records are cut into pieces of 20 s, or of the
         shortest record of 10 s or more.

@@ -212,7 +212,7 @@ def evaluate(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
         Records, as `hydrofdi.measure` takes them. Labels and groups come from descriptions of files, or from
         `label` and `group`.
     indicators : str, path, sequence of str, or mapping

@@ -80,7 +80,7 @@ def export(
 
     Parameters
     ----------
-    source : path, sequence of path, array_like, mapping or DataFrame
+    source : path, sequence of path, array_like, mapping, pandas.DataFrame, xarray.DataArray or xarray.Dataset
         As `hydrofdi.measure` takes it: results with signals, an experiment to be simulated, measured files.
     path : path
         A file ending in ``.csv``, ``.parquet`` or ``.mat`` for one record; otherwise a folder with a file for

@@ -297,7 +297,7 @@ def inspect(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
         Records, as `hydrofdi.measure` takes them. Of an experiment file, at most 32 records are simulated,
         spread evenly over its runs, and the one that `record` names.
     record : str, optional

@@ -39,10 +39,10 @@ def measure(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
         Any source that the command accepts; or runs and results; or samples of a channel, shape (n_time,)
         or (n_record, n_time), in SI; or columns that are named like channels, ``P1 [bar]`` or
-        ``chamber_1_pressure``. Data frames must state units.
+        ``chamber_1_pressure``. Data frames and datasets (pandas, xarray) must state units.
     indicators : str, path, sequence of str, or mapping
         Such as ``dwt,ring_down``; ``all``, or a YAML file with their options. In Python also a list of names,
         or label → options.
@@ -54,7 +54,7 @@ def measure(
         Of the samples; or column → unit.
     label, group : str or sequence of str, optional
         What is known of each record in memory, such as ``"healthy"``; and the unit or day that it shares with
-        others.
+        others. Of a dataset, the coordinates ``label`` and ``group``.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Objects with records, as sources: paths, results, arrays, data frames."""
+"""Objects with records, as sources: paths, results, arrays, data frames, datasets."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _parts(data: Any) -> list[Any]:
 
 
 def _is_whole(data: Any) -> bool:
-    """Whether data are more than samples: a frame, results, an experiment."""
+    """Whether data are more than samples: a frame, a dataset, results, an experiment."""
     return any(hasattr(data, name) for name in ("columns", "coords", "record_source", "model_fields"))
 
 
@@ -224,6 +224,10 @@ def _head(path: Path) -> bytes:
         raise DataError(f"{path}: cannot be read: {error.strerror}") from None
 
 
+_CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
+"""A power as CF writes it: ``m s-1``."""
+
+
 Part = tuple[str, Any, str | None]
 """Title of a column as it is written, such as ``P1 [bar]``; its values, of shape (n_time,) or (n_record,
 n_time); its unit, empty if it is not stated, and None if there is no place to state it."""
@@ -235,11 +239,11 @@ def held(data: Any, number: int | None = None) -> MemoryTable:
     def kind(noun: str) -> str:
         return f"the {noun}" if number is None else f"{noun} {number}"
 
-    pandas = sys.modules.get("pandas")
-    if type(data).__module__.startswith("xarray."):
-        raise DataError(
-            f"{kind('dataset')}: is of xarray; give a mapping such as {{'P1 [Pa]': data.P1.values}}"
-        )
+    xarray, pandas = sys.modules.get("xarray"), sys.modules.get("pandas")
+    if xarray is not None and isinstance(data, xarray.DataArray):
+        return _of_dataset(kind("DataArray"), {str(data.name or ""): data})
+    if xarray is not None and isinstance(data, xarray.Dataset):
+        return _of_dataset(kind("Dataset"), {str(name): each for name, each in data.data_vars.items()})
     if pandas is not None and isinstance(data, pandas.Series):
         return _of_frame(kind("DataFrame"), data.to_frame())
     if hasattr(data, "to_pandas") or (pandas is not None and isinstance(data, pandas.DataFrame)):
@@ -273,6 +277,34 @@ def _dates(kind: str, series: Any) -> NDArray[np.datetime64]:
         return np.array([instant(str(text)).nanoseconds for text in series]).astype("datetime64[ns]")
     except ValueError as error:
         raise DataError(f"{kind}: column {str(series.name)!r}: {error}") from None
+
+
+def _of_dataset(kind: str, variables: Mapping[str, Any]) -> MemoryTable:
+    dims = {
+        name: "time" if "time" in each.dims else (each.dims or ("",))[-1] for name, each in variables.items()
+    }
+    along = "time" if "time" in dims.values() else next(iter(dims.values()), "")
+    chosen = {name: each for name, each in variables.items() if along in each.dims}
+    parts = [
+        (name, each.transpose(..., along).to_numpy(), _usual(str(each.attrs.get("units", ""))))
+        for name, each in chosen.items()
+    ]
+    leading = next((each for each in chosen.values() if each.ndim > 1), None)
+    names = {} if leading is None else _names(leading, along)
+    times = next((each.coords[along] for each in chosen.values() if along in each.coords), None)
+    if times is None:
+        return replace(_table(kind, parts), **names)
+    parts.append((along, times.to_numpy(), _usual(str(times.attrs.get("units", "")))))
+    return replace(_table(kind, parts), time=len(parts) - 1, **names)
+
+
+def _names(data: Any, along: str) -> dict[str, Any]:
+    """Names, groups and labels of the records of an array, from its coordinates."""
+    (over, *_) = (dim for dim in data.dims if dim != along)
+    coordinates = {"record_ids": over, "groups": "group", "labels": "label"}
+    held = {name: data.coords[each] for name, each in coordinates.items() if each in data.coords}
+    along_records = {name: each for name, each in held.items() if each.dims == (over,)}
+    return {name: [known_text(text) for text in each.to_numpy()] for name, each in along_records.items()}
 
 
 def known_text(given: Any) -> str:
@@ -331,6 +363,11 @@ def _samples(values: Any) -> NDArray[Any]:
     if array.dtype.kind in "fmM":
         array[is_missing] = np.array("NaT", array.dtype) if array.dtype.kind in "mM" else np.nan
     return array
+
+
+def _usual(unit: str) -> str:
+    """A unit in the style of CF, such as ``m s-1``, as hydrofdi reads it."""
+    return _CF_POWER.sub(r"^\1", unit)
 
 
 def records_of(table: MemoryTable, frequency: float | None, channel: Names, unit: Names) -> HeldSource:

@@ -50,7 +50,7 @@ def replay(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
         Records, as `hydrofdi.measure` takes them. They follow each other with a short gap.
     rate : str or float, optional
         Samples in a second, such as ``"500 Hz"``; ``"max"``, as fast as they are taken; None, as measured.

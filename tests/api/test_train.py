@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas
 import pytest
+import xarray
 
 import hydrofdi
 from hydrofdi.errors import ConfigError, ReportError
@@ -54,11 +55,16 @@ def test_records_in_memory_teach_what_the_command_learns_from_files(files, tmp_p
     options = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--healthy", "sound")
     run("train", files, *options, "--out", tmp_path / "detector.json", check=0)
     told = promise(hydrofdi.Detector.load(tmp_path / "detector.json"))
+    dims = ("record", "time")
+    labelled = xarray.DataArray(
+        BOTH, dims=dims, coords={"label": ("record", LABELS)}, name="P1", attrs={"units": "Pa"}
+    )
     frames = [pandas.DataFrame({"P1 [Pa]": samples}) for samples in BOTH]
     for given in (
         {"data": files, "healthy": "sound"},
         {"data": BOTH, "label": LABELS, "healthy": ["sound"], "sampling_frequency": "1 kHz"},
         {"data": frames, "label": LABELS, "healthy": "sound", "sampling_frequency": RATE},
+        {"data": labelled, "healthy": "sound", "sampling_frequency": RATE},
         {"data": HEALTHY, "sampling_frequency": RATE},
     ):
         made = promise(hydrofdi.train(**given, **WANTED))

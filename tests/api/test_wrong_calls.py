@@ -19,6 +19,11 @@ FRAME = pandas.DataFrame({"time [s]": np.arange(500) / 1000.0, "P1 [bar]": NOISE
 WORDS = FRAME.assign(**{"P1 [bar]": "high"})
 
 
+def dataset(unit):
+    seconds = ("time", np.arange(500) / 1000.0, {"units": "s"})
+    return xarray.Dataset({"P1": ("time", NOISE[0], {"units": unit})}, coords={"time": seconds})
+
+
 @pytest.mark.parametrize(
     "call",
     [
@@ -54,7 +59,7 @@ WORDS = FRAME.assign(**{"P1 [bar]": "high"})
         lambda: hydrofdi.measure("nowhere.csv", unit="bar"),
         lambda: hydrofdi.measure(pandas.DataFrame()),
         lambda: hydrofdi.measure([FRAME, pandas.DataFrame({"torque [N·m]": [1.0, 2.0]})]),
-        lambda: hydrofdi.measure(xarray.Dataset({"P1": ("time", NOISE[0])}), **RATE),
+        *(lambda unit=unit: hydrofdi.measure(dataset(unit)) for unit in ("", "kg", "Bar", 5)),
         lambda: hydrofdi.train(NOISE, output="d2", direction="both", window="2 bar", **RATE),
         lambda: hydrofdi.train(NOISE, config={"window": 2}, **RATE),
         lambda: hydrofdi.inspect(NOISE, record="x", **RATE),

@@ -70,7 +70,7 @@ def train(
 
     Parameters
     ----------
-    data : path, Run, Results, array_like, mapping, DataFrame, or list of these
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
         Records, as `hydrofdi.measure` takes them.
     indicator : str, path, mapping or sequence of str, optional
         What is measured, ``"dwt"`` by default; a label, where `config` has several. Also in the forms that

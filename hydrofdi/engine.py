@@ -77,6 +77,9 @@ class Engine:
     workers = 1
     """Number of tasks that run at a time."""
 
+    reads_results = True
+    """Whether its workers reach the folder of the results."""
+
     lost_workers = 0
     """Number of workers that were killed and replaced, as far as the engine learns of them."""
 

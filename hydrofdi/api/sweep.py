@@ -60,6 +60,7 @@ def sweep(
     workers: int | None = None,
     engine: Literal["local", "in-process", "dask"] = "local",
     scheduler: str | None = None,
+    shared_directory: bool = True,
     part: str | None = None,
     retry_failed: bool = False,
     progress: bool = False,
@@ -79,6 +80,8 @@ def sweep(
         Where runs are computed: in worker processes, in this process, or on a Dask cluster.
     scheduler : str, optional
         Address of the Dask scheduler, such as tcp://host:8786.
+    shared_directory : bool
+        Dask workers write into the results folder (the default), or send their results.
     part : str, optional
         Only this part of the runs, such as 3/64; ``hydrofdi collect`` joins the parts of all machines.
     retry_failed : bool
@@ -116,7 +119,7 @@ def sweep(
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
         own = WHOLE if part is None else part_of(part)
-        chosen = execution.engine_named(engine, n_worker, scheduler)
+        chosen = execution.engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
         with shown_in(loaded.units):
             summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
     if summary.interrupted:

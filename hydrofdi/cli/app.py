@@ -82,7 +82,7 @@ _KEYWORDS = {
     "replay": ("record", "now", "sampling_frequency"),
     "rerun": ("experiment --config",),
     "simulate": ("out",),
-    "sweep": ("out", "workers", "engine", "scheduler", "part", "retry_failed"),
+    "sweep": ("out", "workers", "engine", "scheduler", "shared_directory", "part", "retry_failed"),
     "train": ("healthy", "config", "sampling_frequency"),
     "trend": (
         "limit",

@@ -32,7 +32,9 @@ __all__ = [
 ]
 
 
-def engine_named(name: str, workers: int | None, scheduler: str | None) -> Engine:
+def engine_named(
+    name: str, workers: int | None, scheduler: str | None, *, shared_directory: bool = True
+) -> Engine:
     """An engine by its name; `workers` of a local pool are by default the cores that this process may use."""
     if name not in (known := ("local", "in-process", "dask")):
         raise ConfigError(f"engine: {name!r} is unknown{nearest(str(name), known)}")
@@ -41,7 +43,7 @@ def engine_named(name: str, workers: int | None, scheduler: str | None) -> Engin
             raise ConfigError("the engine dask needs scheduler=tcp://host:port")
         from hydrofdi.execution.dask_cluster import DaskEngine
 
-        return DaskEngine(scheduler)
-    if scheduler is not None:
-        raise ConfigError("scheduler needs engine=dask")
+        return DaskEngine(scheduler, shared_directory=shared_directory)
+    if scheduler is not None or not shared_directory:
+        raise ConfigError("scheduler and shared_directory need engine=dask")
     return InProcessEngine() if name == "in-process" else LocalPoolEngine(workers or available_cores())

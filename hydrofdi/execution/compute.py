@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.experiment import DEFAULT_ANALYSIS, DWT, Analysis, Indicators, StoreConfig
 from hydrofdi.config.sections.plant import absent_signals
-from hydrofdi.engine import Engine, TaskFailure, run_halving
+from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, run_halving
 from hydrofdi.errors import HydrofdiError, Issue
 from hydrofdi.execution.calibrating import unreachable_sentence
 from hydrofdi.indicators.measuring import Measures, Seconds, measure
@@ -479,8 +479,9 @@ def run_jobs(
 ) -> None:
     """Run jobs in batches; a batch that fails is halved until its failing jobs stand alone.
 
-    `time_per_job` [s] is shared by runs that lie side by side in lanes. An error of the user, such as a full
-    disk, ends all.
+    `time_per_job` [s] is shared by runs that lie side by side in lanes. Stored records are measured in this
+    process if the engine's workers do not reach the folder. An error of the user, such as a full disk, ends
+    all.
     """
 
     def time_limit(batch: Batch) -> float | None:
@@ -489,11 +490,14 @@ def run_jobs(
 
     split = split_jobs(jobs, engine.workers, keeps_signals=store.signals != "none")
     batches = [Batch(batch, directory, store) for batch in split]
-    for result in run_halving(engine, compute_shard, batches, Batch.halves, time_limit):
-        if result.failure is None:
-            recorder.stored(result.value)
-        elif isinstance(result.failure.error, HydrofdiError):
-            engine.cancel()
-            raise result.failure.error
-        else:
-            recorder.failed(result.item.jobs[0], result.failure)
+    here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
+    there = [batch for batch in batches if batch not in here]
+    for place, work in ((InProcessEngine(), here), (engine, there)):
+        for result in run_halving(place, compute_shard, work, Batch.halves, time_limit):
+            if result.failure is None:
+                recorder.stored(result.value)
+            elif isinstance(result.failure.error, HydrofdiError):
+                place.cancel()
+                raise result.failure.error
+            else:
+                recorder.failed(result.item.jobs[0], result.failure)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Self
 
 from hydrofdi.engine import Engine, TaskFailure, TaskResult, raised
 from hydrofdi.errors import ConfigError, HydrofdiError
-from hydrofdi.execution.compute import Batch
+from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
+from hydrofdi.store.shards import store_shard_bytes
 
 PATIENCE = "10s"
 """How long a scheduler may take to answer the first time."""
@@ -27,13 +30,14 @@ _SECONDS_BETWEEN_LOOKS = 2.0
 class DaskEngine(Engine):
     """Tasks on the workers of a Dask scheduler; tasks of a worker that is lost are computed by another."""
 
-    def __init__(self, scheduler: str) -> None:
+    def __init__(self, scheduler: str, *, shared_directory: bool = True) -> None:
         try:
             import distributed
         except ImportError:
             raise ConfigError("the engine dask needs the extra: pip install 'hydrofdi[dask]'") from None
         self._distributed: Any = distributed
         self._scheduler = scheduler
+        self._shared_directory = self.reads_results = shared_directory
         self._client: Any = None
         self._items: dict[Any, Any] = {}
         self._ended: SimpleQueue[Any] = SimpleQueue()
@@ -54,11 +58,12 @@ class DaskEngine(Engine):
 
     def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
         """Queue a task. Dask cannot end a running task; a limit belongs to the cluster's job then."""
-        if isinstance(item, Batch):
+        work = task if self._shared_directory or task is not compute_shard else _compute_and_send
+        if isinstance(item, Batch) and self._shared_directory:
             item = replace(item, directory=item.directory.resolve())
         if self._client.status != "running":
             raise self._lost()
-        future = self._client.submit(task, item, pure=False)
+        future = self._client.submit(work, item, pure=False)
         self._items[future] = item
         future.add_done_callback(self._ended.put)
 
@@ -103,7 +108,7 @@ class DaskEngine(Engine):
 
     def _result(self, item: Any, future: Any) -> TaskResult:
         try:
-            return TaskResult(item, future.result(MOST_SECONDS_WITHOUT_WORKERS))
+            value = future.result(MOST_SECONDS_WITHOUT_WORKERS)
         except (Exception, asyncio.CancelledError) as error:
             if future.status != "error":
                 raise self._lost() from None
@@ -111,7 +116,18 @@ class DaskEngine(Engine):
                 message = str(error).splitlines()[0]
                 return TaskResult(item, failure=TaskFailure("killed", message, error=error))
             return TaskResult(item, failure=raised(error))
+        if isinstance(value, tuple) and value and isinstance(value[0], BatchReceipt):
+            receipt, content = value
+            value = replace(receipt, shard=store_shard_bytes(item.directory, content))
+        return TaskResult(item, value)
 
     def __exit__(self, kind: object, error: object, traceback: object) -> None:
         """Leave the cluster, which forgets what it still does for us."""
         self._client.close()
+
+
+def _compute_and_send(batch: Batch) -> tuple[BatchReceipt, bytes]:
+    """Compute a shard in a folder of the worker's own, and return its content."""
+    with tempfile.TemporaryDirectory(prefix="hydrofdi-") as folder:
+        receipt = compute_shard(replace(batch, directory=Path(folder)))
+        return receipt, receipt.shard.read_bytes()

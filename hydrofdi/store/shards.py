@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -90,9 +90,18 @@ SHARDS = "shards"
 
 def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
     """Write the results of a batch atomically into an experiment's folder."""
+    return _place_shard(directory, lambda aside: _write_file(aside, columns, store))
+
+
+def store_shard_bytes(directory: Path, content: bytes) -> Path:
+    """Store the content of a shard that was made elsewhere, and return its path."""
+    return _place_shard(directory, lambda aside: aside.write_bytes(content))
+
+
+def _place_shard(directory: Path, write: Callable[[Path], object]) -> Path:
     path = directory / SHARDS / "new.h5"
     with whole_file(path, lambda: path) as aside:
-        _write_file(aside, columns, store)
+        write(aside)
         path = path.with_name(f"{content_digest(aside)}.h5")
     return path
 

@@ -70,10 +70,10 @@ def spread(tmp_path_factory):
     return folder / "spread.yaml", (folder / "here" / "spread.h5").read_bytes()
 
 
-def disturbed(cluster, file, out, number, whom, command=COMMAND):
+def disturbed(cluster, file, out, number, whom, *options, command=COMMAND):
     """A sweep on the cluster, some of whose processes get a signal once a shard is stored."""
     address, processes = cluster
-    sweep = ("sweep", file, "--out", out, "--engine", "dask", "--scheduler", address)
+    sweep = ("sweep", file, "--out", out, "--engine", "dask", "--scheduler", address, *options)
     process = start(*sweep, command=command)
     try:
         assert wait_until(lambda: shards(out) or process.poll() is not None)
@@ -85,12 +85,19 @@ def disturbed(cluster, file, out, number, whom, command=COMMAND):
     return process.returncode, told
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("number", "sharing"),
+    [
+        (signal.SIGKILL, "--shared-directory"),
+        pytest.param(signal.SIGKILL, "--no-shared-directory", marks=pytest.mark.long),
+        pytest.param(signal.SIGSTOP, "--shared-directory", marks=pytest.mark.long),
+    ],
+)
 def test_a_lost_worker_loses_nothing_and_the_bits_are_those_of_a_local_sweep(
-    tmp_path, cluster, spread, number
+    tmp_path, cluster, spread, number, sharing
 ):
     file, whole = spread
-    code, told = disturbed(cluster, file, tmp_path / "spread", number, slice(1, 2))
+    code, told = disturbed(cluster, file, tmp_path / "spread", number, slice(1, 2), sharing)
     assert code == 0, told
     assert (tmp_path / "spread" / "spread.h5").read_bytes() == whole
     assert run_json("verify", tmp_path / "spread")["sound"]

@@ -42,6 +42,7 @@ HOMES = {
     "nptdms": ("records/array_reader.py",),
     "pywt": ("transforms/", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
+    "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "api/plants.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("report/table.py", "records/opening.py", "records/writing.py"),

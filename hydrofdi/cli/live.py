@@ -6,9 +6,8 @@ import shlex
 import signal
 import sys
 from collections.abc import Iterator
-from datetime import datetime
-from functools import partial
 from heapq import nsmallest
+from io import TextIOWrapper
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -19,7 +18,6 @@ import hydrofdi
 from hydrofdi.cli.options import Detector, Found, Json, Settings, Sources
 from hydrofdi.cli.terminal import answer, draw, tell, write_out
 from hydrofdi.errors import ConfigError, interruption, without_credentials
-from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
@@ -177,10 +175,10 @@ def monitor(
 ) -> int:
     """Judge a stream with a trained detector until it ends, or the streams of a fleet.
 
-    Writes a line of JSON to standard output for each window and for each event; a terminal shows lines to
-    read instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples already read; with
-    --state it resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1 if the stream
-    ends and no window was judged, 130 after Ctrl-C.
+    Writes a line of JSON to standard output for each window and for each event; a terminal shows a live view
+    instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples already read; with --state it
+    resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1 if the stream ends and no
+    window was judged, 130 after Ctrl-C.
     """
 
     with interruption(lambda: None) as asked:
@@ -193,28 +191,26 @@ def monitor(
             raise ConfigError("--partition: applies to a fleet, hydrofdi monitor FLEET")
         else:
             trained = hydrofdi.Detector.load(detector)
-            is_read = sys.stdout.isatty() and not json
-            on_line = partial(_show, trained.file) if is_read else sys.stdout
-            ending = trained.monitor(source, on_line=on_line, **settings)
+            ending = trained.monitor(source, on_line=_view(trained.file, source, json=json), **settings)
     if is_unjudged := ending.name == "UNJUDGED":
         tell(f"{source or detector}: {ending}")
     return INTERRUPTED if signal.SIGINT in asked else int(is_unjudged)
 
 
-def _show(file: DetectorFile, line: dict[str, Any]) -> None:
-    """Print an event, or a window with its condition, on a terminal."""
-    if line["line"] == "event":
-        at, what = line["time"], f"{line['event'].replace('_', ' ')}: {line['text']}"
-    else:
-        score = "no number" if line["score"] is None else file.score_text(line["score"])
-        why = [f"not judged: {line['fault']['text']}"] if line["fault"] else []
-        why += [f"doubtful: {line['doubt']}"] if line["doubt"] else []
-        at, what = line["end"], "; ".join([f"{line['condition'].upper()}, {file.score_name} {score}", *why])
-    if at is None:
-        instant = ""
-    else:  # a clock that counts from 1970 has dates
-        instant = f"{datetime.fromtimestamp(at):%Y-%m-%d %H:%M:%S}" if at >= FIRST_DATE else f"{at:,.1f} s"
-    print(f"{instant}  {what}".lstrip(), flush=True)
+def _view(file: DetectorFile, source: str, *, json: bool) -> Any:
+    """The live view on a terminal, JSON lines elsewhere."""
+    if json or not sys.stdout.isatty():
+        return sys.stdout
+    from rich.console import Console
+
+    from hydrofdi.cli.live_view import LiveView
+
+    console = Console(highlight=False, markup=False)
+    if console.is_dumb_terminal:
+        return sys.stdout
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")
+    return LiveView(file, without_credentials(source), console)
 
 
 def replay(

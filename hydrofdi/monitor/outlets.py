@@ -1,11 +1,11 @@
-"""Where lines go: standard output, a function, topics, and metrics with labels."""
+"""Where lines go: standard output, a function, a live view, topics, and metrics with labels."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, Protocol, TextIO, runtime_checkable
 
 from hydrofdi.detectors.trained.lines import Line, WindowLine, is_said, line_record
 from hydrofdi.monitor.configuration import topic_address
@@ -19,20 +19,34 @@ if TYPE_CHECKING:
     from hydrofdi.monitor.mqtt import MqttSink
 
 
-Receiver = Callable[[dict[str, Any]], None] | TextIO | None
+@runtime_checkable
+class View(Protocol):
+    """A receiver of all samples and lines of a single machine."""
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> object:
+        """Take the samples and the lines of a reading."""
+
+    def close(self) -> None:
+        """End."""
+
+
+Receiver = Callable[[dict[str, Any]], None] | TextIO | View | None
 
 
 class Outlets:
     """Hands lines on as JSON; in a fleet with the name of the machine, which is None for the fleet itself."""
 
     def __init__(self, config: FleetConfig, to: Receiver) -> None:
-        self._to = to
+        self._view = to if isinstance(to, View) else None
+        self._to = None if isinstance(to, View) else to
         self._metrics: MetricsServer | None = None
         self._counted: dict[str, MetricsSink] = {}
         self._sinks: list[MqttSink] = []
         self._events = list[Event]()
         self._stack = ExitStack()
         with needing_extra(), ExitStack() as stack:
+            if self._view is not None:
+                stack.callback(self._view.close)
             if config.metrics:
                 from hydrofdi.monitor.metrics import MetricsServer
 
@@ -50,6 +64,8 @@ class Outlets:
         """Hand lines on; the text of those that are said."""
         if self._metrics is not None and (lines or chunk is not None):
             self._count(self._metrics, machine, chunk, lines)
+        if self._view is not None:
+            self._view.put(chunk, lines)
         said = [line for line in lines if is_said(line)]
         if not said:
             return ""

@@ -3,9 +3,14 @@
 import json
 import os
 import pty
+import re
+import signal
+import struct
 import subprocess
 import sys
-from contextlib import suppress
+import termios
+import threading
+from fcntl import ioctl
 from pathlib import Path
 
 import pytest
@@ -186,18 +191,46 @@ def test_an_extra_that_is_not_installed_is_named(machine, library, arguments, tm
     assert "Traceback" not in done.stderr
 
 
-def test_on_a_terminal_a_leak_is_read_when_it_sets_in(machine):
-    own, descriptor = pty.openpty()
-    read = (machine.detector, machine.stream, "--no-follow")
-    with start(*read, stdout=descriptor) as process, suppress(OSError), open(own, "rb", buffering=0) as seen:
-        os.close(descriptor)
-        text = ""
-        while data := seen.read(65_536):
-            text += data.decode()
-    assert process.returncode == 0
-    assert text.index("  HEALTHY, ") < text.index("  ALARM, ")
-    assert text.count("  alarm raised: ") == 1
-    assert '"line"' not in text
+class Terminal:
+    """A terminal of 80 columns and 24 lines, and what was written to it."""
+
+    def __init__(self):
+        self._own, self.descriptor = pty.openpty()
+        ioctl(self.descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+        self.text = ""
+        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread.start()
+
+    def _read(self):
+        while True:
+            try:
+                data = os.read(self._own, 65_536)
+            except OSError:
+                return
+            self.text += re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", data.decode(errors="replace"))
+
+
+def test_on_a_terminal_a_leak_is_seen_when_it_sets_in(machine):
+    terminal = Terminal()
+    environment = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "COLUMNS")}
+    lines, summary = machine.lines, f"{machine.n_window} windows judged"
+    with start(
+        machine.detector, "-", stdout=terminal.descriptor, stderr=terminal.descriptor,
+        env=environment | {"TERM": "xterm-256color", "LC_ALL": "C.UTF-8"},
+    ) as process:  # fmt: skip
+        wait_until(lambda: "waiting for samples" in terminal.text, process)
+        process.stdin.writelines(lines[:9000])
+        process.stdin.flush()
+        wait_until(lambda: " HEALTHY " in terminal.text, process)
+        assert " ALARM " not in terminal.text
+        process.stdin.writelines(lines[9000:])
+        process.stdin.flush()
+        wait_until(lambda: " ALARM " in terminal.text and summary in terminal.text, process)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(PATIENCE) == 130
+    assert '"line"' not in terminal.text
+    assert "MPa" in terminal.text
+    wait_until(lambda: summary in terminal.text.rpartition("standard input, watched for")[2])
 
 
 SECRET = "hunter2"

@@ -43,7 +43,7 @@ HOMES = {
     "pywt": ("transforms/", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
-    "yaml": ("settings/yaml_source.py", "api/plants.py"),
+    "yaml": ("settings/yaml_source.py", "config/loading.py", "api/plants.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("report/table.py", "records/opening.py", "records/writing.py"),
     "xarray": ("api/", "report/table.py"),

@@ -43,6 +43,9 @@ Zip = Annotated[
     typer.Option("--zip", metavar="NAME=AXIS", help="The same, varied together. Repeatable."),
 ]
 Name = Annotated[str | None, typer.Option(metavar="NAME", help="Name, and folder below results/.")]
+Write = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write what the options say to this experiment file, too.")
+]
 Sources = Annotated[
     list[Path],
     typer.Argument(

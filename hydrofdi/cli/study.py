@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 import hydrofdi
-from hydrofdi.cli.options import Config, Directory, Found, Grid, Json, Name, Settings, Sweep, Zip
+from hydrofdi.cli.options import Config, Directory, Found, Grid, Json, Name, Settings, Sweep, Write, Zip
 from hydrofdi.cli.terminal import answer, tell, write_out
 from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.settings.messages import counted
@@ -30,6 +31,7 @@ def sweep(
     grid: Grid = None,
     zip: Zip = None,
     name: Name = None,
+    write: Write = None,
     json: Json = False,
     **more: Any,
 ) -> int:
@@ -43,7 +45,7 @@ def sweep(
     from hydrofdi.errors import SweepInterrupted
 
     try:
-        results = hydrofdi.sweep(_asked(config, settings, grid, zip, name), progress=True, **more)
+        results = hydrofdi.sweep(_asked(config, settings, grid, zip, name, write), progress=True, **more)
     except SweepInterrupted as stop:
         if stop.summary is not None:
             answer(stop.summary, json=json)
@@ -64,6 +66,7 @@ def _asked(
     grid: list[str] | None,
     zipped: list[str] | None,
     name: str | None,
+    write: Path | None,
 ) -> ExperimentConfig:
     """The experiment that a file and options describe."""
     stated = [f"name={name}"] * bool(name) + (settings or [])
@@ -77,6 +80,19 @@ def _asked(
             stated.append(f"sweep.{kind}.{parameter}{equals}{axis if is_yaml else f'[{axis}]'}")
     if not config and not stated:
         raise ConfigError("give an experiment file, or what varies: --grid EBM=551MPa:827MPa:3")
+    if write is not None:
+        from hydrofdi.config.loading import text_of_settings
+
+        is_file = config is not None and config.exists()
+        extends = os.path.relpath(str(config), write.parent) if is_file else str(config or "")
+        text = text_of_settings(stated, extends)
+        try:
+            with write.open("x", encoding="utf-8") as new:
+                new.write(text)
+        except OSError as error:
+            raise ConfigError(f"{write}: {error.strerror}") from None
+        tell(f"wrote {write}")
+        config, stated = write, []
     return hydrofdi.load_experiment(config, stated)
 
 
@@ -92,7 +108,7 @@ def plan(
 
     Writes nothing.
     """
-    return hydrofdi.plan(_asked(config, settings, grid, zip, name), **more)
+    return hydrofdi.plan(_asked(config, settings, grid, zip, name, None), **more)
 
 
 def status(directory: Directory) -> Found:

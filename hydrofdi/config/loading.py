@@ -182,6 +182,21 @@ def load_experiment(
     return validated(ExperimentConfig, source)
 
 
+def text_of_settings(settings: Sequence[str], extends: str) -> str:
+    """The text of an experiment file with what settings say, on top of another one."""
+    import yaml
+
+    source = Source({})
+    for text in settings:
+        _apply_setting(source, text)
+    if source.mistakes:
+        raise ConfigError(source.mistakes)
+    data = ({"extends": extends} if extends else {}) | source.data
+    data.pop("units", None)  # written with the values
+    first = {key: data.pop(key) for key in ("extends", "name") if key in data}
+    return yaml.safe_dump(first | data, sort_keys=False, allow_unicode=True)
+
+
 def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
     kind = "an experiment file"
     if file is None:

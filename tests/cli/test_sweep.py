@@ -24,14 +24,17 @@ socket.socket = Blocked
 """
 
 
-def test_options_are_a_sweep(hydrofdi, tmp_path):
+def test_options_are_a_sweep_and_the_file_that_they_write_is_the_same(hydrofdi, tmp_path):
     short = ("--set", "duration=2 s", "--set", "store.signals=none", "--engine", "in-process")
     axes = ("--grid", "EBM=551MPa:827MPa:3", "--grid", "K_i=0,1e-8", "--name", "mine")
-    assert hydrofdi("sweep", *axes, *short).returncode == 0
+    assert hydrofdi("sweep", *axes, *short, "--write", "mine.yaml").returncode == 0
     with h5py.File(tmp_path / "results/mine/mine.h5") as file:
         assert len(set(zip(file["EBM"][:], file["K_i"][:], strict=True))) == 6
+    again = hydrofdi("sweep", "mine.yaml", "--engine", "in-process", "--json")
+    assert json.loads(again.stdout)["skipped"] == 6
     paired = json.loads(hydrofdi("plan", "--zip", "EBM=8e8,9e8", "--zip", "K_i=[0, 1e-8]", "--json").stdout)
     assert paired["swept"] == 2
+    assert hydrofdi("sweep", *axes, *short, "--write", "mine.yaml").returncode == 2
 
 
 @pytest.mark.parametrize(

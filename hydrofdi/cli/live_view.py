@@ -113,14 +113,14 @@ class LiveView:
             kind = event.kind.replace("_", " ")
             named = f"{kind.upper() if kind.startswith('alarm') else kind}, {event.text}"
             yield Text(named if event.time is None else f"{_instant_text(event.time)}: {named}")
-        yield Text(f"Last {self._file.noun}s", "bold")
+        yield Text("Last windows", "bold")
 
     def _state(self) -> tuple[str, str]:
         """The condition, with its beginning; or that it is not known now, and why."""
         silence = time.monotonic() - self._arrived
         patience = max(_SILENT_AFTER, 2.0 * self._file.n_sample / self._file.sampling_frequency)
         if self._samples is not None and self._is_connected and silence <= patience:
-            began = f"no {self._file.noun} judged yet"
+            began = "no window judged yet"
             if self._windows:
                 began = f"since {_instant_text(self._since)}"
             return self._condition.upper(), began
@@ -135,7 +135,7 @@ class LiveView:
         """The numbers of windows, of alarms, and of what is wrong with the stream."""
         judged, alarms = (self._counts[kind] for kind in ("judged", EventKind.ALARM_RAISED))
         beyond = f"{self._counts['beyond']:,} beyond the limit"
-        yield f"{counted(judged, self._file.noun)} judged, {beyond}, {counted(alarms, 'alarm')}"
+        yield f"{counted(judged, 'window')} judged, {beyond}, {counted(alarms, 'alarm')}"
         for kind, count in self._counts.items():
             if count and (kind in _COUNTED or kind.startswith("not judged")):
                 yield f"{kind.replace('_', ' ')} {count:,}"

@@ -310,7 +310,7 @@ class Detector(TrainedDetector):
 
     def __repr__(self) -> str:
         low, high = (percent(share) for share in self.file.limits.interval)
-        rate = f"false alarms in {percent(self.file.limits.false_alarm_rate)} of healthy {self.file.noun}s"
+        rate = f"false alarms in {percent(self.file.limits.false_alarm_rate)} of healthy windows"
         rate = promise_text(self.file) if self.file.chart else f"{rate} ({low.removesuffix(' %')} to {high})"
         return f"{self.name}: alarm {self.file.alarm_text}; {rate}"
 

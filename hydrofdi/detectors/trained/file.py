@@ -371,11 +371,6 @@ class DetectorFile(Part):
         return self.config.window.n_every(self.n_sample, self.sampling_frequency)
 
     @property
-    def noun(self) -> str:
-        """What is judged."""
-        return "window"
-
-    @property
     def score_name(self) -> str:
         """Name of the score, such as ``dwt.d2`` or ``mahalanobis(P1 x)``."""
         if self.feature.judged:

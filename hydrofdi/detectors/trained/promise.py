@@ -30,7 +30,7 @@ class Consequence:
     Attributes
     ----------
     windows_judged, alarms : int
-        Windows or estimates that were judged, and alarms among them.
+        Windows that were judged, and alarms among them.
     false_alarms_expected : float
         Alarms among as many of a healthy machine.
     leak : Leak or None
@@ -94,7 +94,7 @@ def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | No
     if file.chart is not None or is_far or (alarms and pdtrc(alarms - 1, expected) < _CHANCE):
         first = "check the signals ('hydrofdi inspect'), then 'hydrofdi diagnose'"
         return f"more than chance explains: {first} ({_PAGE})"
-    return f"this may be chance: wait and see whether most of the next ten {file.noun}s alarm, too ({_PAGE})"
+    return f"this may be chance: wait and see whether most of the next ten windows alarm, too ({_PAGE})"
 
 
 def _constants_text(indicator: Indicator[Any]) -> str:
@@ -130,7 +130,6 @@ def sentences(
     what = {
         "time": f"windows of {window.duration:g} s" if window.duration else "",
         "cycle": f"the first {window.duration or 0.0:g} s of each cycle of {window.channel}",
-        "estimate": f"each estimate of {file.config.indicator}",
     }[window.by]
     every = f", one every {window.every:g} s," if window.every and window.every != window.duration else ""
     yield f"It judges {what}{every} at {file.sampling_frequency:g} Hz and needs {channels}."
@@ -203,8 +202,8 @@ def _threshold(file: DetectorFile) -> str:
     warmer = f" The limit allows {file.score_text(limits.allowance)} for oil that is 15 K warmer than in the"
     warmer += " records, which do not state its temperature."
     return (
-        f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per"
-        f" {file.noun}; {100.0 * limits.confidence:.4g} % confidence interval"
+        f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per window;"
+        f" {100.0 * limits.confidence:.4g} % confidence interval"
         f" {percent(low)} to {percent(high)} ({rests}){hourly}."
         f"{warmer if limits.allowance else ''}"
     )
@@ -214,10 +213,9 @@ def _basis(file: DetectorFile, left_out: str) -> Iterator[str]:
     """What the promise rests on."""
     basis = file.basis
     groups = f" in {counted(basis.n_group, 'group')}" if basis.n_group else ""
-    what = "windows that do not overlap" if file.n_sample else "estimates"
     records, n_more = counted(basis.n_record, "healthy record"), len(basis.sources) - _MOST_NAMED
     names = ", ".join(basis.sources[:_MOST_NAMED]) + (f" and {n_more:,} more" if n_more > 0 else "")
-    yield f"It rests on {basis.n_window:,} {what}, from {records}{groups}: {names}."
+    yield f"It rests on {basis.n_window:,} windows that do not overlap, from {records}{groups}: {names}."
     if left_out:
         yield f"Left out: {left_out}."
     yield coverage(file.conditions)

@@ -46,7 +46,7 @@ def workers(session):
     return [pid for server in servers for pid in children[server]]
 
 
-def wait_until(condition, seconds=60.0):
+def wait_until(condition, seconds=120.0):
     """Wait for something to become true; the last value."""
     deadline = time.monotonic() + seconds
     while not (value := condition()) and time.monotonic() < deadline:

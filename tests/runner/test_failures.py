@@ -67,7 +67,7 @@ def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path, mem
 
 def test_a_run_whose_worker_is_killed_becomes_a_row_and_can_be_tried_again(tmp_path):
     file, out = tmp_path / "one.yaml", tmp_path / "one"
-    file.write_text("name: one\nrecord: {duration: 2 s, step: 1.0e-6 s}\nstore: {signals: none}\n")
+    file.write_text("name: one\nrecord: {duration: 8 s, step: 1.0e-6 s}\nstore: {signals: none}\n")
     process = start("sweep", file, "--out", out, "--workers", "1")
     assert wait_until((out / "run.log").exists)
     kill(wait_until(lambda: workers(process.pid))[0])

@@ -249,6 +249,7 @@ def test_later_files_win_and_mistakes_are_those_of_their_own_file(tmp_path):
         "grid: {fluid.bulk_modulus: {arange: [1, 2, 0]}}",
         "grid: {fluid.bulk_modulus: {arange: [1, 2, 1 kg]}}",
         "grid: {measurement.seed: {linspace: [0, 5, 3]}}",
+        "grid: {fluid.bulk_modulus: '551 MPa:827:4'}",
         "sample: {count: 0, over: {fluid.bulk_modulus: {uniform: [1, 2]}}}",
         "sample: {count: 2, over: {fluid.bulk_modulus: {uniform: [2, 1]}}}",
         "sample: {count: 2, over: {fluid.bulk_modulus: {normal: [2, -1]}}}",

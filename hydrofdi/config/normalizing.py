@@ -341,7 +341,12 @@ def axis_in_si(source: Source, path: Path, name: str, stated: Any) -> list[Any]:
 def _ends_of_text(text: str) -> dict[str, Any]:
     """``first:last:count``, ``first:last:count:log`` or ``first:last:step``, whose step has a unit."""
     parts = [scalar(part.strip()) for part in text.split(":")]
-    if len(parts) not in (3, 4) or parts[3:] not in ([], ["log"]):
+    # Ends in different units are a slip; zero needs none.
+    if (
+        len(parts) not in (3, 4)
+        or parts[3:] not in ([], ["log"])
+        or len({type(end) is str for end in parts[:2] if end}) > 1
+    ):
         return {}
     kind = "logspace" if parts[3:] else "linspace" if isinstance(parts[2], int) else "steps"
     return {kind: parts[:3]}

@@ -28,10 +28,10 @@ RIG: Values = {
 where nothing leaks.
 """
 
-_LEAK = {"leakage.drag": TINY, "leakage.scored_width": 1e30}
+_LEAK = {"leakage.drag": TINY, "leakage.scored_width": 1e30, "leakage.onset": "step"}
 
-GAP = RIG | _LEAK | {"leakage.law": "laminar", "friction.law": "smooth", "leakage.onset": "step"}
-"""Open loop, laminar gap, smooth friction, a leak that sets in, no hoses."""
+GAP = RIG | _LEAK | {"leakage.law": "laminar", "friction.law": "smooth"}
+"""Open loop, laminar gap, smooth friction, no hoses. In all that leak, the leak sets in."""
 
 HOSES = RIG | _LEAK | {"leakage.law": "blended", "friction.law": "lugre", "actuator.hose_volume": 50e-6}
 """Open loop, blended law of leakage, bristles, hoses."""

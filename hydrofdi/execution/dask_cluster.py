@@ -48,7 +48,8 @@ class DaskEngine(Engine):
             self._client = self._distributed.Client(self._scheduler, timeout=PATIENCE, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise ConfigError(f"{self._named()}: no answer ({type(error).__name__})") from None
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # our errors say it in a line
+        for name in ("distributed", "distributed.client"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # our errors say it in a line
         self._client.loop.asyncio_loop.set_exception_handler(lambda *_: None)
         self.workers = sum(self._client.nthreads().values())
         if self.workers == 0:

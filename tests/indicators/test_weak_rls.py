@@ -104,7 +104,7 @@ def test_a_record_at_rest_does_not_determine_the_leakage_and_keeps_its_prior(nam
 
 
 def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():
-    onset = "leakage.onset=step", "leakage.onset_time=6 s", "record.duration=12 s"
+    onset = "leakage.onset_time=6 s", "record.duration=12 s"
     motion = "control.amplitude=20 mm", "input.shape=steps", "input.period=1 s"
     late = simulated(*settings_of(LOOP), *motion, *onset, leaks=[5e-9], moduli=[551e6])
     (indicator,) = make_indicators({"weak_rls": {"spool": "measured", "memory": "1 s"}}).values()

@@ -46,6 +46,16 @@ def workers(session):
     return [pid for server in servers for pid in children[server]]
 
 
+def computing(session):
+    """Process ids of workers that have computed for half a second; their fork server has loaded the package."""
+    ticks = 0.5 * os.sysconf("SC_CLK_TCK")
+    return [
+        pid
+        for pid in workers(session)
+        if sum(map(int, Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13])) > ticks
+    ]
+
+
 def wait_until(condition, seconds=120.0):
     """Wait for something to become true; the last value."""
     deadline = time.monotonic() + seconds

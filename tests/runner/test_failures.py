@@ -18,7 +18,7 @@ from hydrofdi.engine import TaskFailure
 from hydrofdi.errors import StoreError, SweepInterrupted
 from hydrofdi.execution import InProcessEngine, LocalPoolEngine
 from tests.commands import COMMAND, run, run_json
-from tests.runner.processes import kill, nobody_left, says, shards, start, wait_until, workers
+from tests.runner.processes import computing, kill, nobody_left, says, shards, start, wait_until, workers
 
 BAD_RUNS = """\
 name: bad
@@ -67,10 +67,9 @@ def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path, mem
 
 def test_a_run_whose_worker_is_killed_becomes_a_row_and_can_be_tried_again(tmp_path):
     file, out = tmp_path / "one.yaml", tmp_path / "one"
-    file.write_text("name: one\nrecord: {duration: 8 s, step: 1.0e-6 s}\nstore: {signals: none}\n")
+    file.write_text("name: one\nrecord: {duration: 5 s, step: 1.0e-6 s}\nstore: {signals: none}\n")
     process = start("sweep", file, "--out", out, "--workers", "1")
-    assert wait_until((out / "run.log").exists)
-    kill(wait_until(lambda: workers(process.pid))[0])
+    kill(wait_until(lambda: computing(process.pid))[0])
     process.communicate(timeout=60)
     assert process.returncode == 1
     (failure,) = [row for row in run_json("report", out)["rows"] if row["status"] != "ok"]

@@ -47,7 +47,7 @@ def workers(session):
 
 
 def computing(session):
-    """Process ids of workers that have computed for half a second; their fork server has loaded the package."""
+    """Process ids of workers that have computed for half a second: their fork server loads the package."""
     ticks = 0.5 * os.sysconf("SC_CLK_TCK")
     return [
         pid

@@ -223,11 +223,20 @@ def _without_main() -> Iterator[None]:
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
     """Hold Ctrl-C back; what starts meanwhile never sees it, and this process sees it afterwards."""
+    usual, held = signal.getsignal(signal.SIGINT), list[Any]()
+    is_main = threading.current_thread() is threading.main_thread()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    if is_main:
+        # The mask is this thread's: with another thread, Python would still call the handler here.
+        signal.signal(signal.SIGINT, lambda *given: held.append(given))
     try:
         yield
     finally:
+        if is_main:
+            signal.signal(signal.SIGINT, usual)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if held and callable(usual):
+            usual(*held[-1])
 
 
 class LocalPoolEngine(Engine):

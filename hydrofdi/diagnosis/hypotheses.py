@@ -87,7 +87,7 @@ def hypotheses(history: History) -> list[Hypothesis]:
     # Forces per position and speed are over what the sensor shows.
     of_position = {"position_gain": 1.0}
     of_position |= {name: -history.value(name) for name in ("stiffness", "viscous") if name in names}
-    # With the command all laps are larger than they are; gains of edges are shares of the whole one.
+    # A command that reads too much scales all laps with it; gains of edges are shares of the whole gain.
     of_command = {"flow_gain": 1.0}
     for name in (*OF_EDGES, "gain_by_direction", "gain_by_feeding", "gain_by_chamber"):
         share = history.value(name) * balance.scales[PLACE[name]]

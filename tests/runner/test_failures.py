@@ -5,8 +5,10 @@ import os
 import resource
 import shutil
 import signal
+import socket
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 
 import pytest
@@ -14,7 +16,7 @@ import pytest
 from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
-from hydrofdi.engine import TaskFailure
+from hydrofdi.engine import TaskFailure, _without_interrupts
 from hydrofdi.errors import StoreError, SweepInterrupted
 from hydrofdi.execution import InProcessEngine, LocalPoolEngine
 from tests.commands import COMMAND, run, run_json
@@ -223,6 +225,30 @@ def test_an_interrupt_while_the_fork_server_starts_leaves_no_traceback(slow):
     _, told = slow.communicate(timeout=60)
     assert slow.returncode == 130
     assert "Traceback" not in told
+
+
+def test_ctrl_c_is_held_back_while_a_worker_starts_though_other_threads_take_it():
+    reader, writer = socket.socketpair()
+    writer.setblocking(False)
+    before, ended, started = signal.set_wakeup_fd(writer.fileno()), threading.Event(), []
+    other = threading.Thread(target=ended.wait)
+    other.start()
+
+    def begun():
+        with _without_interrupts():
+            os.kill(os.getpid(), signal.SIGINT)
+            started.append(reader.recv(1))
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            begun()
+        assert started == [bytes([signal.SIGINT])]
+    finally:
+        signal.set_wakeup_fd(before)
+        ended.set()
+        other.join()
+        reader.close()
+        writer.close()
 
 
 def test_an_interrupt_at_any_moment_of_feeding_is_met():

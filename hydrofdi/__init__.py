@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from hydrofdi.api.trend import trend as trend
     from hydrofdi.config import load_experiment as load_experiment
     from hydrofdi.errors import HydrofdiError as HydrofdiError
-    from hydrofdi.report.table import Table as Table
     from hydrofdi.settings.ready import schema as schema
+    from hydrofdi.tables.table import Table as Table
 
 _HOMES = {
     name: f"hydrofdi.{module}"
@@ -76,7 +76,7 @@ _HOMES = {
         "api.trend": "trend",
         "config": "load_experiment",
         "errors": "HydrofdiError",
-        "report.table": "Table",
+        "tables.table": "Table",
         "settings.ready": "schema",
     }.items()
     for name in names.split()

@@ -20,7 +20,7 @@ from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
 from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
-from hydrofdi.config.shown_values import shown_in, shown_values
+from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
@@ -35,14 +35,14 @@ from hydrofdi.quality.machine import (
     step_limits,
     too_long_sentence,
 )
-from hydrofdi.report.answer import Answer, Piece, Strong
-from hydrofdi.report.table import UNSAID, Column, Table, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.layout import names
+from hydrofdi.tables.answer import Piece, Strong
+from hydrofdi.tables.table import UNSAID, Column, Table, quantity
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ MOST_ROWS = 24
 
 
 @dataclass(frozen=True, repr=False)
-class Check(Answer):
+class Check(ParameterAnswer):
     """Findings on an experiment, as `hydrofdi.check` returns them. True if there are no problems.
 
     Attributes

@@ -24,7 +24,6 @@ from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table
 from hydrofdi.report.detection.record import detection_records, study_record
-from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source
@@ -33,6 +32,7 @@ from hydrofdi.studies.measured import measured_study, require_labels
 from hydrofdi.studies.reading import made_scores
 from hydrofdi.studies.reading import usual_scores as usual_of
 from hydrofdi.studies.records import Detection
+from hydrofdi.tables.table import Table
 
 if TYPE_CHECKING:
     import pandas

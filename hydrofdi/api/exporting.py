@@ -17,11 +17,11 @@ from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection
-from hydrofdi.report.answer import Answer
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS
 from hydrofdi.store.records import StoredRecords, distinct_records
+from hydrofdi.tables.answer import Answer
 
 _NAME = re.compile(rf"\d{{4,}}(-.*)?\.({'|'.join(WRITERS)})")
 """Names of the files of a folder."""

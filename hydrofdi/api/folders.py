@@ -20,17 +20,17 @@ from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.runs import NO_RUN, record_identity
-from hydrofdi.config.shown_values import shown_options
+from hydrofdi.config.shown_values import ParameterAnswer, shown_options
 from hydrofdi.config.study import StudyTable
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
-from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import read_texts
 from hydrofdi.store.folder import read_provenance, read_request
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT, output_variables, stored_variables
 from hydrofdi.store.shards import StoredRun, read_index, read_rows
+from hydrofdi.tables.answer import Answer, Piece
 
 Folder = str | PathLike[str] | Results
 """Folder of an experiment, or what is stored in it."""
@@ -76,7 +76,7 @@ class SweepStatus(Answer):
 
 
 @dataclass(frozen=True, repr=False)
-class Explanation(Answer):
+class Explanation(ParameterAnswer):
     """Why a run is as it is.
 
     ``reason`` to compute it: what of its request is not stored, its record or its analysis; empty where it is

@@ -21,10 +21,10 @@ from hydrofdi.records import Channel
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
 from hydrofdi.records.source import write_description
 from hydrofdi.records.stuck import found_period
-from hydrofdi.report.answer import Answer, Piece, Strong
-from hydrofdi.report.table import Table, plain
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import readable_unit
+from hydrofdi.tables.answer import Answer, Piece, Strong
+from hydrofdi.tables.table import Table, plain
 from hydrofdi.units import convert, parse_unit
 
 if TYPE_CHECKING:

@@ -25,11 +25,9 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.shown_values import shown_in
+from hydrofdi.config.shown_values import ParameterAnswer, shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.report.answer import Answer, Piece
-from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_bytes, time_text
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -37,6 +35,8 @@ from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder import Failure, read_failures
 from hydrofdi.store.layout.names import dimensions, stored_signals
 from hydrofdi.store.shards import ShardIndex, StoredRun, holds_enough, read_index
+from hydrofdi.tables.answer import Piece
+from hydrofdi.tables.table import Table
 
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings
@@ -280,7 +280,7 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, repr=False)
-class Plan(Answer):
+class Plan(ParameterAnswer):
     """What a sweep will do, as `hydrofdi.plan` returns it.
 
     Runs: ``planned``, all; ``controls_added``, healthy ones to compare with; ``missing``, those to be

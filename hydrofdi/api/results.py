@@ -21,12 +21,12 @@ from hydrofdi.config.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts, remedy_lines
-from hydrofdi.report.answer import Answer, Piece
-from hydrofdi.report.table import Table, library
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 from hydrofdi.store.experiment_data import MISSING
 from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
+from hydrofdi.tables.answer import Answer, Piece
+from hydrofdi.tables.table import Table, library
 
 if TYPE_CHECKING:
     import pandas
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from hydrofdi.api.run import Run
     from hydrofdi.records import Channel, RecordSource
-    from hydrofdi.report.table import ComposedReport
+    from hydrofdi.report.document import ComposedReport
     from hydrofdi.store.experiment_data import ExperimentData
 
 

@@ -21,15 +21,13 @@ from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import full_name, meant, parameter_names
 from hydrofdi.config.runs import record_identity, run_identity
-from hydrofdi.config.shown_values import shown_in, shown_value
+from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_value
 from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.engine import limited
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.records.data_sheet import StatedMachine
-from hydrofdi.report.answer import Answer, Piece
-from hydrofdi.report.table import Column, Table, library, plain
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.store.experiment_data import ShardResults
@@ -38,6 +36,8 @@ from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.store.shards import Columns, read_index, write_shard
+from hydrofdi.tables.answer import Piece
+from hydrofdi.tables.table import Column, Table, library, plain
 from hydrofdi.units import Quantity
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Parameters(dict[str, Any]):
         return self[full]
 
 
-class Run(Answer):
+class Run(ParameterAnswer):
     """One simulated actuator; `hydrofdi.simulate` makes it.
 
     Its signals and features are attributes and items, such as ``run.P1`` and ``run["dwt.d2"]``.
@@ -364,7 +364,7 @@ class Run(Answer):
             yield from (f"{doubt.word}: {doubt.remedy}" for doubt in doubts_of(self.verdict))
 
     @property
-    def units(self) -> Mapping[str, str]:
+    def units(self) -> Mapping[str, str]:  # type: ignore[override]
         """Dotted parameter → the unit that the experiment is written in."""
         return self.experiment.units
 

@@ -13,10 +13,10 @@ import numpy as np
 from hydrofdi.diagnosis.trends import DAY, TrendEstimates, instant_text, time_or_days
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import Estimate
-from hydrofdi.report.answer import Answer, Piece, Strong
-from hydrofdi.report.table import Column, Table, quantity
-from hydrofdi.report.table import plain as for_json
 from hydrofdi.settings.readable import number_text, percent, plain, readable_unit, typeset
+from hydrofdi.tables.answer import Answer, Piece, Strong
+from hydrofdi.tables.table import Column, Table, quantity
+from hydrofdi.tables.table import plain as for_json
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:

@@ -56,7 +56,7 @@ def train(
     Exit code 1 if records are rejected or repeat the samples of another.
     """
     from hydrofdi.records.copies import pairs
-    from hydrofdi.report.answer import Reply
+    from hydrofdi.tables.answer import Reply
 
     command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
     settings |= {"best": best, "sensors": sensors or (), "fleet": fleet}
@@ -94,7 +94,7 @@ def detect(
     Exit code 1 if a record has no window that is judged or novel, and on an alarm with --fail-on-alarm.
     """
     from hydrofdi.api.detectors.windows import csv_lines, json_parts
-    from hydrofdi.report.answer import Reply
+    from hydrofdi.tables.answer import Reply
 
     tally = hydrofdi.Detector.load(detector).windows(sources, **settings)
     if json or form != "table":

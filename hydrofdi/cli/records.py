@@ -90,8 +90,8 @@ def _write(
     form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     from hydrofdi.api.measuring import write_measures
-    from hydrofdi.report.answer import Reply
     from hydrofdi.report.forms.measures import csv_lines, json_parts
+    from hydrofdi.tables.answer import Reply
 
     if out is not None:
         write_measures(out, form, columns, records)
@@ -136,7 +136,7 @@ def diagnose(
     Compares with healthy records of the same machine: --history, or those with a healthy label; else with the
     data sheet. Needs P1, x, and u or xv; P2 tells much more. Exit code 1 if a record could not be judged.
     """
-    from hydrofdi.report.answer import Reply
+    from hydrofdi.tables.answer import Reply
 
     found = hydrofdi.diagnose(sources, history or None, **settings)
     warnings = [f"warning: {remark}" for remark in found.remarks]
@@ -147,8 +147,8 @@ def diagnose(
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
     from hydrofdi.api.diagnosing import visible_text
-    from hydrofdi.report.answer import Strong
     from hydrofdi.settings.readable import percent
+    from hydrofdi.tables.answer import Strong
 
     history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"
     yield f"Sensors {found.sensors}; the machine is compared with {history}."
@@ -194,7 +194,7 @@ def evaluate(sources: Sources, **settings: Any) -> Found:
     code 1 if records are rejected, repeat the samples of another or have no number of any indicator, or an
     indicator fails.
     """
-    from hydrofdi.report.answer import Reply
+    from hydrofdi.tables.answer import Reply
 
     found = hydrofdi.evaluate(sources, **settings)
     is_sound = not (found.left.is_lacking or found.left.n_repeated)
@@ -203,7 +203,7 @@ def evaluate(sources: Sources, **settings: Any) -> Found:
 
 def _evaluation(evaluation: hydrofdi.Evaluation) -> Iterator[Any]:
     """The conclusion from healthy groups, the scores (best first), and what is not stated, and why."""
-    from hydrofdi.report.answer import Strong
+    from hydrofdi.tables.answer import Strong
 
     records, conclusion = evaluation.detection.records, evaluation.conclusion
     counts = ", ".join(f"{records.rows(each).size:,} {each.name}" for each in records.populations)

@@ -68,8 +68,8 @@ def configs(
     Their names work wherever a command takes a configuration: 'hydrofdi sweep table3'. A file of your own
     with the same name takes precedence.
     """
-    from hydrofdi.report.answer import Reply
     from hydrofdi.settings.ready import ready_copy, ready_hint, ready_names, ready_summary
+    from hydrofdi.tables.answer import Reply
 
     asked = (name or "").removeprefix("configs/").removesuffix(".yaml").rstrip("/")
     table = hydrofdi.configs(asked)
@@ -127,8 +127,8 @@ def indicators(
     from hydrofdi.api.measuring import indicators_table
     from hydrofdi.indicators.registry import describe, indicator_names
     from hydrofdi.records import Channel
-    from hydrofdi.report.answer import Reply
-    from hydrofdi.report.table import plain
+    from hydrofdi.tables.answer import Reply
+    from hydrofdi.tables.table import plain
 
     if name:
         described = describe(name)
@@ -144,9 +144,9 @@ def indicators(
 
 
 def _described(indicator: Description) -> Iterator[Any]:
-    from hydrofdi.report.answer import Strong
-    from hydrofdi.report.table import Table
     from hydrofdi.settings.readable import typeset
+    from hydrofdi.tables.answer import Strong
+    from hydrofdi.tables.table import Table
 
     yield Strong(f"{indicator.name}, version {indicator.version}")
     yield indicator.summary

@@ -18,7 +18,7 @@ from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.config import ExperimentConfig
-    from hydrofdi.report.table import ComposedReport
+    from hydrofdi.report.document import ComposedReport
 
 
 _FEW_ROWS = 12
@@ -124,7 +124,7 @@ def collect(directory: Directory) -> Found:
 
     Runs without a result are marked as missing, with the reason.
     """
-    from hydrofdi.report.answer import Reply
+    from hydrofdi.tables.answer import Reply
 
     made, state = hydrofdi.collect(directory), hydrofdi.status(directory)
     counts = {"planned": state.planned, "missing": state.missing, "failed": state.failed}
@@ -137,7 +137,7 @@ def calibrate(config: Config = None, settings: Settings = None, **more: Any) -> 
 
     They are valid under the conditions of the baseline.
     """
-    from hydrofdi.report.answer import Reply
+    from hydrofdi.tables.answer import Reply
 
     targets = hydrofdi.calibrate(hydrofdi.load_experiment(config, settings or ()), **more)
     return Reply({"targets": targets}, [targets])
@@ -262,9 +262,9 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
 
 
 def _print(made: ComposedReport, form: str, full: bool) -> None:
-    from hydrofdi.report.answer import Reply
     from hydrofdi.report.forms.page import render_json, render_latex, render_markdown
-    from hydrofdi.report.table import Table
+    from hydrofdi.tables.answer import Reply
+    from hydrofdi.tables.table import Table
 
     if form == "text":
         answer(Reply({}, _document(made, full)))
@@ -278,7 +278,7 @@ def _print(made: ComposedReport, form: str, full: bool) -> None:
 
 def _document(made: ComposedReport, full: bool) -> Iterator[Any]:
     """The answers of a report, or all of it; the answers are last."""
-    from hydrofdi.report.answer import Strong
+    from hydrofdi.tables.answer import Strong
 
     document = made.document()
     yield Strong(f"{document.title}, from {made.path}")

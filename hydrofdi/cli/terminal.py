@@ -60,9 +60,7 @@ def answer(found: Any, *, json: bool = False) -> int:
     if json:
         print_json(found.to_dict())
     else:
-        from hydrofdi.report.answer import said
-
-        for _, lines in said(found, width()):
+        for _, lines in found.lines(width()):
             print_lines(lines)
     tell(*found.asides())
     return int(not found)

@@ -14,6 +14,8 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweep import LAWS
 from hydrofdi.settings.quantities import Section, field_quantity
 from hydrofdi.settings.readable import number_text, readable_unit, shown_quantity, typeset
+from hydrofdi.tables.answer import Answer, Piece
+from hydrofdi.tables.table import TEXT_WIDTH
 from hydrofdi.units import convert
 
 _UNITS: ContextVar[Mapping[str, str]] = ContextVar("units of the reader", default=MappingProxyType({}))
@@ -105,3 +107,19 @@ def varied_parameters(runs: Iterable[RunParameters]) -> list[str]:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+class ParameterAnswer(Answer):
+    """An answer with parameters, which people read in the units in which the experiment writes them."""
+
+    units: Mapping[str, str]
+
+    def lines(self, width: int = TEXT_WIDTH) -> Iterator[tuple[Piece, list[tuple[str, str]]]]:
+        """The parts that people read, each with its lines and their style."""
+        with shown_in(self.units):
+            yield from super().lines(width)
+
+    def value_text(self, name: str, value: Any) -> str | None:
+        """A value of a parameter with its unit."""
+        parameter = name.rpartition(": ")[2]
+        return shown_value(parameter, value) if parameter in parameter_names() else None

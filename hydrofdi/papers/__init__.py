@@ -8,7 +8,7 @@ from hydrofdi.report.composition import Report
 from hydrofdi.store.experiment_data import ExperimentData
 
 if TYPE_CHECKING:
-    from hydrofdi.report.table import ComposedReport
+    from hydrofdi.report.document import ComposedReport
 
 
 def make_report(data: ExperimentData) -> ComposedReport:

@@ -15,6 +15,7 @@ from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.report import runs, sections, wording
+from hydrofdi.report.document import Block, Document, FigureKind
 from hydrofdi.report.indicators import (
     MeasuredIndicator,
     indicator_record,
@@ -33,11 +34,11 @@ from hydrofdi.report.responses import (
     study_responses,
 )
 from hydrofdi.report.sections import answers, document_of
-from hydrofdi.report.table import Block, Column, Document, FigureKind, Table, group_breaks, plain
 from hydrofdi.report.views import View, asked_views
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
+from hydrofdi.tables.table import Column, Table, group_breaks, plain
 from hydrofdi.units import convert
 
 _DELTAS = {

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.runs import spread
 from hydrofdi.evaluation.scores import comparable
+from hydrofdi.report.document import Block
 from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import Array
-from hydrofdi.report.table import Block, Column, Table
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import number_text
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
+from hydrofdi.tables.table import Column, Table
 
 _LEAST_FILLED = 0.5
 """Share of the cells that have a run, below which points are no plane."""

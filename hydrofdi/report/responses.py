@@ -16,13 +16,14 @@ from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.shown_values import shown_parameter
 from hydrofdi.config.sweep import count_points
 from hydrofdi.evaluation.scores import comparable
+from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.runs import Array, baseline_changes
-from hydrofdi.report.table import Block, Column, Table, finite, numbers
 from hydrofdi.report.wording import litres_per_minute, shown_modulus, signed, with_minus
 from hydrofdi.settings.readable import HOLE, K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
+from hydrofdi.tables.table import Column, Table, finite, numbers
 from hydrofdi.units import convert
 
 _MANY = 2_000

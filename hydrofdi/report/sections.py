@@ -15,10 +15,11 @@ from hydrofdi.config.request import OWN_PLANT, parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
-from hydrofdi.report.table import Block, Document, Table
+from hydrofdi.report.document import Block, Document
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
+from hydrofdi.tables.table import Table
 
 
 def document_of(title: str, lead: str, blocks: Iterable[Block | None]) -> Document:

@@ -178,7 +178,7 @@ def test_a_guess_works_or_is_answered(run):
 
 
 def test_a_room_with_the_name_of_a_function_stays_a_module():
-    import hydrofdi.report.table as table
+    import hydrofdi.tables.table as table
 
-    assert hydrofdi.report.table is table
+    assert hydrofdi.tables.table is table
     assert callable(hydrofdi.report)

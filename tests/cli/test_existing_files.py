@@ -16,8 +16,8 @@ import hydrofdi
 from hydrofdi.api.detectors.training import setting_keys
 from hydrofdi.cli.app import application
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.report.table import Column, Table
 from hydrofdi.store.shards import content_digest
+from hydrofdi.tables.table import Column, Table
 from tests.commands import run, run_hydrofdi, run_json
 from tests.conftest import sweep_in
 

@@ -19,9 +19,9 @@ from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_dete
 from hydrofdi.detectors.trained.judged import Tally, judged_windows
 from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.report.table import Table
 from hydrofdi.settings.readable import percent
 from hydrofdi.store.files import require_regular, write_whole_text
+from hydrofdi.tables.table import Table
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.loop import Ending

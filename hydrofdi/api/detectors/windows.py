@@ -20,9 +20,9 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.columns import RejectionError
 from hydrofdi.records.recording import samples_of
 from hydrofdi.records.streams import Chunk
-from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text
+from hydrofdi.tables.table import Column, Table, quantity
 
 
 def watched(detector: Detector, chunks: Iterable[Any], said: Described) -> Iterator[dict[str, Any]]:

@@ -15,13 +15,14 @@ from hydrofdi.papers.maddahi2015.study import CLAIM_SETS, CORE, ScenarioStudy, S
 from hydrofdi.quality.measures import samples_per_period
 from hydrofdi.report import sections
 from hydrofdi.report.composition import rms_table
+from hydrofdi.report.document import Block, FigureKind
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, RunTable
-from hydrofdi.report.table import Block, FigureKind, Table, group_breaks, plain
 from hydrofdi.report.wording import joined, modulus_text
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.layout import names
+from hydrofdi.tables.table import Table, group_breaks, plain
 from hydrofdi.units import convert
 
 _ONE_PHASE = (

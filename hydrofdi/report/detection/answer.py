@@ -11,11 +11,12 @@ import numpy as np
 
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
-from hydrofdi.report.table import Block, Column, Table
+from hydrofdi.report.document import Block
 from hydrofdi.report.wording import capitalized, joined
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.records import Detection, Judgement
+from hydrofdi.tables.table import Column, Table
 
 _MOST, _MOST_REMARKS = 5, 30
 """Rows of the table of the answer, and remarks on scores."""

@@ -15,12 +15,13 @@ from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
 from hydrofdi.evaluation.sensitivity import EquivalentFault, Spread
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
-from hydrofdi.report.table import Block, Table, group_breaks, numbers
+from hydrofdi.report.document import Block
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import STATUS
 from hydrofdi.studies.parts import Nuisance, nuisances_of
 from hydrofdi.studies.records import Detection
+from hydrofdi.tables.table import Table, group_breaks, numbers
 
 _KINDS = {
     (Kind.HEALTHY, True): "healthy, for thresholds",

@@ -10,8 +10,9 @@ from hydrofdi.config.shown_values import shown_value
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
 from hydrofdi.report.detection.populations import nuisance_records
-from hydrofdi.report.table import Block, Column, Table, finite, numbers
+from hydrofdi.report.document import Block
 from hydrofdi.studies.records import Detection, Judgement
+from hydrofdi.tables.table import Column, Table, finite, numbers
 
 _FOUND = ("q50", "q90", "q90_95", "q90_95_of_all")
 _RATE = {"rate": "value", "low": "low", "high": "high"}

@@ -14,9 +14,9 @@ from hydrofdi.detectors.scores.contract import has_extra
 from hydrofdi.report import run_lengths, sections
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import finds
+from hydrofdi.report.document import Block, Document, FigureKind
 from hydrofdi.report.run_lengths import estimates_block
 from hydrofdi.report.sections import answers, document_of, provenance_block
-from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import STATUS
 from hydrofdi.studies.charts import judge_charts

@@ -15,7 +15,7 @@ from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 
 if TYPE_CHECKING:
-    from hydrofdi.report.table import ComposedReport
+    from hydrofdi.report.document import ComposedReport
 
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
-from hydrofdi.report.table import Column, Table, library, plain, quantity
+from hydrofdi.tables.table import Column, Table, library, plain, quantity
 
 _LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"
 OWN = {

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.errors import ReportError
-from hydrofdi.report.table import Block, Document, Table, escaped, latex
+from hydrofdi.report.document import Block, Document
 from hydrofdi.store.files import require_own, whole_file
+from hydrofdi.tables.table import Table, escaped, latex
 
 if TYPE_CHECKING:
-    from hydrofdi.report.table import ComposedReport
+    from hydrofdi.report.document import ComposedReport
 
 _BEFORE_ROOT = re.compile(r".*?(?=<svg\b)", re.DOTALL)
 _METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.DOTALL)

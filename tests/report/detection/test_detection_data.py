@@ -15,9 +15,9 @@ from hydrofdi.report.detection.answer import answer_block
 from hydrofdi.report.detection.record import designs_block
 from hydrofdi.report.detection.wording import best_with_sensors, sensors
 from hydrofdi.report.forms.page import render_json
-from hydrofdi.report.table import Table
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.tables.table import Table
 from tests.report.detection.made_up import (
     LITRES_PER_MINUTE,
     P1,

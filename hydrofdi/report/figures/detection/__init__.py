@@ -7,10 +7,10 @@ from functools import partial
 from typing import Any
 
 from hydrofdi.report.detection.wording import answers, severity_unit
+from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures.detection.curves import draw_pod, draw_roc
 from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms
 from hydrofdi.report.figures.detection.ranking import draw_answer, draw_delays, draw_ranking
-from hydrofdi.report.table import FigureKind
 from hydrofdi.studies.records import Detection
 
 _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {

@@ -1,4 +1,4 @@
-"""The one table, from which every form follows; sections of tables and figures, which make up a report."""
+"""The one table, from which every form follows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from importlib import import_module
 from itertools import zip_longest
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -569,82 +569,6 @@ def _inert(cell: Any) -> Any:
     return f"'{cell}" if isinstance(cell, str) and cell.startswith(_BEGINNINGS_OF_FORMULAS) else cell
 
 
-@dataclass(frozen=True)
-class Block:
-    """A section of a report: a heading, what the numbers say, tables, and names of figures.
-
-    Answers are what a terminal shows of a report, and shows last.
-    """
-
-    key: str
-    title: str
-    paragraphs: tuple[str, ...] = ()
-    tables: tuple[Table, ...] = ()
-    figures: tuple[str, ...] = ()
-    is_answer: bool = False
-
-    @property
-    def shown_tables(self) -> tuple[Table, ...]:
-        """The tables that have rows."""
-        return tuple(table for table in self.tables if len(table))
-
-
-@dataclass(frozen=True)
-class Document:
-    """A report."""
-
-    title: str
-    lead: tuple[str, ...]
-    blocks: tuple[Block, ...]
-
-    @property
-    def figures(self) -> tuple[str, ...]:
-        """Names of all figures."""
-        return tuple(name for block in self.blocks for name in block.figures)
-
-
 def group_breaks(keys: Sequence[object]) -> tuple[int, ...]:
     """Positions at which a key differs from the one before."""
     return tuple(position for position in range(1, len(keys)) if keys[position] != keys[position - 1])
-
-
-@dataclass(frozen=True)
-class FigureKind:
-    """A figure of a report: its caption, and what draws it with matplotlib."""
-
-    caption: str
-    draw: Callable[[], Any]
-
-
-class ComposedReport(Protocol):
-    """A report before it is written in any form, whatever it is about."""
-
-    @property
-    def name(self) -> str:
-        """The experiment."""
-
-    @property
-    def path(self) -> Path:
-        """The experiment file."""
-
-    @property
-    def usual_figure(self) -> str:
-        """The figure that is drawn by default."""
-
-    def document(self) -> Document:
-        """Its sections."""
-
-    def record(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-
-    def columns(self) -> dict[str, list[Any]]:
-        """Header → values of CSV."""
-
-    def wide(self) -> dict[str, list[Any]]:
-        """Header → values, one per run."""
-
-    def figures(self) -> Mapping[str, FigureKind]:
-        """Name → figure."""
-
-    def checks(self) -> dict[str, bool | None]:
-        """Claim that the experiment lists → whether it holds."""

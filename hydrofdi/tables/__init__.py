@@ -1,0 +1,1 @@
+"""Answers and tables, from which text, pages, JSON, CSV and arrays follow."""

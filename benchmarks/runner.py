@@ -68,7 +68,7 @@ def core_seconds(file, out, n_sample_batch):
     """Kernel and feature time of all runs of a sweep on one core [s], extrapolated from some batches."""
     from hydrofdi.api.plan import plan_sweep
     from hydrofdi.config import load_experiment
-    from hydrofdi.execution import Job, compute_columns, split_jobs
+    from hydrofdi.execution.compute import Job, compute_columns, split_jobs
 
     plan = plan_sweep(load_experiment(Path(file)), Path(out))
     jobs = [
@@ -91,7 +91,8 @@ def processor_seconds(file, out):
     """
     from hydrofdi.api.sweep import run_sweep
     from hydrofdi.config import load_experiment
-    from hydrofdi.execution import InProcessEngine, compute
+    from hydrofdi.engine import InProcessEngine
+    from hydrofdi.execution import compute
 
     measured, spent = compute.compute_columns, []
 

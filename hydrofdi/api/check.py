@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.arguments import positive_of
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.loading import Experiment, load_experiment
@@ -22,10 +21,11 @@ from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
 from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.engine import limited
+from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients, split_jobs
+from hydrofdi.execution.calibrating import leakage_coefficients
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
+from hydrofdi.execution.compute import Job, compute_columns, split_jobs
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import (
     FIGURES,
@@ -36,6 +36,7 @@ from hydrofdi.quality.machine import (
     too_long_sentence,
 )
 from hydrofdi.report.wording import modulus_column
+from hydrofdi.settings.arguments import positive_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import HealthyRecords, experiment_of
 from hydrofdi.api.measuring import Indicators, indicators_of
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.diagnosis.diagnosing import Diagnosed
 from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
 from hydrofdi.diagnosis.judging import Finding
 from hydrofdi.errors import ConfigError
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.records import Channel
+from hydrofdi.settings.arguments import Names, Texts, names_of
 from hydrofdi.settings.readable import HOLE, number_text, percent, readable_unit, typeset
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.tables.table import Column, Table

@@ -9,7 +9,6 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
 from hydrofdi.api.measuring import Counted, Indicators, indicators_of
 from hydrofdi.api.sources import Described, open_records
@@ -24,6 +23,7 @@ from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table
 from hydrofdi.report.detection.record import detection_records, study_record
+from hydrofdi.settings.arguments import Names, Texts, names_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source

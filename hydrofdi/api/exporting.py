@@ -9,18 +9,18 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from hydrofdi.api.arguments import names_of, path_of
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.api.stored import rows_named
 from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection
+from hydrofdi.settings.arguments import names_of, path_of
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS
 from hydrofdi.store.records import StoredRecords, distinct_records
+from hydrofdi.store.results import rows_named
 from hydrofdi.tables.answer import Answer
 
 _NAME = re.compile(rf"\d{{4,}}(-.*)?\.({'|'.join(WRITERS)})")

@@ -12,10 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.arguments import path_of, refusal
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.results import Results
-from hydrofdi.api.stored import rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import parameter_names
@@ -24,11 +22,13 @@ from hydrofdi.config.shown_values import ParameterAnswer, shown_options
 from hydrofdi.config.study import StudyTable
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
+from hydrofdi.settings.arguments import path_of, refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import read_texts
 from hydrofdi.store.folder import read_provenance, read_request
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT, output_variables, stored_variables
+from hydrofdi.store.results import rows_named, stored_run_ids
 from hydrofdi.store.shards import StoredRun, read_index, read_rows
 from hydrofdi.tables.answer import Answer, Piece
 
@@ -312,7 +312,9 @@ def rerun(folder: Folder, run: str | int, experiment: Experiment | None = None) 
     StoreError
         The folder contains no experiment or no such run, or the run is not stored.
     """
-    from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
+    from hydrofdi.engine import InProcessEngine
+    from hydrofdi.execution.calibrating import leakage_coefficients
+    from hydrofdi.execution.compute import Job, compute_columns
 
     directory = path_of(folder)
     asked = _request(directory) if experiment is None else load_experiment(experiment)

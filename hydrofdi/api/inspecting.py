@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrofdi.api.arguments import Names, Texts, path_of, refusal
 from hydrofdi.api.plants import PlantInspection, inspect_plant
 from hydrofdi.api.sources import Described, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
@@ -21,6 +20,7 @@ from hydrofdi.records import Channel
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
 from hydrofdi.records.source import write_description
 from hydrofdi.records.stuck import found_period
+from hydrofdi.settings.arguments import Names, Texts, path_of, refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.tables.answer import Answer, Piece, Strong

@@ -8,7 +8,6 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.api.arguments import Names, Texts, refusal
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.faults import summaries
@@ -17,6 +16,7 @@ from hydrofdi.indicators.registry import Description, describe, indicator_names
 from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.report.forms.measures import measures_table
+from hydrofdi.settings.arguments import Names, Texts, refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.yaml_source import plain
 from hydrofdi.tables.table import Table

@@ -19,8 +19,6 @@ from warnings import catch_warnings
 
 from numpy import bincount
 
-from hydrofdi.api.arguments import count_of, path_of, refusal
-from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
@@ -28,19 +26,21 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import ParameterAnswer, shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.settings.arguments import count_of, path_of, refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_bytes, time_text
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder import Failure, read_failures
 from hydrofdi.store.layout.names import dimensions, stored_signals
+from hydrofdi.store.results import experiment_directory, experiment_file
 from hydrofdi.store.shards import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Table
 
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings
-    from hydrofdi.execution import Job
+    from hydrofdi.execution.compute import Job
 
 _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
@@ -154,7 +154,7 @@ class SweepPlan:
 
     @cached_property
     def _needed_signals(self) -> set[str]:
-        from hydrofdi.execution import needed_signals
+        from hydrofdi.execution.compute import needed_signals
 
         return needed_signals(self.experiment.indicator_choice.made(self.experiment.wavelet))
 
@@ -258,8 +258,7 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     runs = plan.table.runs.at(plan.simulated)
     if not runs:
         return 0.0, 0.0
-    from hydrofdi.execution import Job, compute_columns
-    from hydrofdi.execution.compute import batch_shape
+    from hydrofdi.execution.compute import Job, batch_shape, compute_columns
 
     jobs = [
         Job.of(run, "", run.parameters.leakage.internal_coefficient or 0.0) for run in islice(runs, 4 * WIDTH)
@@ -384,7 +383,7 @@ def plan(
     >>> plan.reasons
     {'new': 2}
     """
-    from hydrofdi.execution import available_cores
+    from hydrofdi.engine import available_cores
 
     workers = available_cores() if workers is None else count_of("workers", workers)
     loaded = load_experiment({} if experiment is None else experiment, settings)

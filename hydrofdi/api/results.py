@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.arguments import path_of
 from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts, remedy_lines
+from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 from hydrofdi.store.experiment_data import MISSING
@@ -113,7 +113,7 @@ class Results:
     @cached_property
     def data(self) -> ExperimentData:
         """Runs and their numbers, signals left on disk."""
-        from hydrofdi.api.stored import read_results
+        from hydrofdi.store.results import read_results
 
         return read_results(self._data) if isinstance(self._data, Path) else self._data
 
@@ -329,7 +329,7 @@ def load(folder: str | PathLike[str] | None = None) -> Results:
     ReportError, StoreError
         There are none; the file is missing, damaged, or of another version.
     """
-    from hydrofdi.api.stored import read_results
+    from hydrofdi.store.results import read_results
 
     return Results(read_results(None if folder is None else path_of(folder)))
 

@@ -10,12 +10,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from hydrofdi.api.arguments import path_of
 from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, CylinderSheet
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.oil import KELVIN
 from hydrofdi.records.data_sheet import StatedMachine, data_sheet_lines
+from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.readable import plain
 from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names, ready_summary

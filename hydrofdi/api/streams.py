@@ -13,7 +13,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from hydrofdi.api.arguments import Names, names_of, path_of, positive_of
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.file import is_detector
 from hydrofdi.errors import ConfigError, DataError
@@ -21,6 +20,7 @@ from hydrofdi.monitor.configuration import Address, is_mqtt, load_monitor_config
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Chunk
 from hydrofdi.records.writing import titled
+from hydrofdi.settings.arguments import Names, names_of, path_of, positive_of
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.loop import Ending

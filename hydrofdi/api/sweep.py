@@ -13,19 +13,21 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack
 
-from hydrofdi import errors, execution
-from hydrofdi.api.arguments import count_of, path_of
+from hydrofdi import errors
 from hydrofdi.api.plan import WHOLE, Part, SweepPlan, part_of, plan_sweep
-from hydrofdi.api.progress import COEFFICIENTS, RUNS, Watching, watching
 from hydrofdi.api.results import Results, SweepSummary
-from hydrofdi.api.stored import experiment_directory, experiment_file, library_versions, read_results
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import run_identities
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.engine import TaskFailure
+from hydrofdi.engine import Engine, TaskFailure
+from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
+from hydrofdi.execution.compute import Job, Recorder, run_jobs
+from hydrofdi.execution.engines import engine_named
+from hydrofdi.execution.progress import COEFFICIENTS, RUNS, Watching, watching
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
+from hydrofdi.settings.arguments import count_of, path_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
@@ -46,6 +48,7 @@ from hydrofdi.store.folder import (
     write_request,
 )
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.results import experiment_directory, experiment_file, library_versions, read_results
 from hydrofdi.store.shards import read_index
 
 if TYPE_CHECKING:
@@ -119,7 +122,7 @@ def sweep(
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
         own = WHOLE if part is None else part_of(part)
-        chosen = execution.engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
+        chosen = engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
         with shown_in(loaded.units):
             summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
     if summary.interrupted:
@@ -130,7 +133,7 @@ def sweep(
 def run_sweep(
     experiment: ExperimentConfig,
     directory: Path,
-    engine: execution.Engine,
+    engine: Engine,
     watcher: Watching | None = None,
     *,
     retry_failed: bool = False,
@@ -150,7 +153,7 @@ def run_sweep(
     if not plan.missing and (part.suffix or is_current(plan.file, experiment)):
         _clear_away(plan)
         return _summary(plan, 0, start)
-    recorder = execution.Recorder(directory, part.suffix, watcher.advance)
+    recorder = Recorder(directory, part.suffix, watcher.advance)
     try:
         with engine if plan.missing else nullcontext():
             if plan.missing:
@@ -222,15 +225,15 @@ def _write_file(
 
 
 def _jobs(
-    plan: SweepPlan, engine: execution.Engine, known: dict[str, float], watcher: Watching
-) -> tuple[list[execution.Job], list[tuple[execution.Job, TaskFailure]]]:
+    plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
+) -> tuple[list[Job], list[tuple[Job, TaskFailure]]]:
     """Jobs of the missing runs, and those that failed while K_i was solved."""
     runs, failures = plan.table.runs.at(plan.simulated), dict[int, TaskFailure]()
-    if n_unsolved := execution.unsolved_conditions(runs, known):
+    if n_unsolved := unsolved_conditions(runs, known):
         watcher.begin(COEFFICIENTS, n_unsolved)
     required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
     try:
-        solved = execution.leakage_coefficients(
+        solved = leakage_coefficients(
             runs, engine, known, required=required, on_solved=watcher.advance, lost=failures,
             time_per_job=plan.experiment.limits.time_per_job,
         )  # fmt: skip
@@ -244,7 +247,7 @@ def _jobs(
     jobs = {}
     for position in plan.missing:  # a stored record brings its own coefficient
         own = plan.run_ids[position], coefficients.get(position, math.nan), plan.record_ids[position]
-        job = execution.Job.of(plan.table.runs[position], *own)
+        job = Job.of(plan.table.runs[position], *own)
         jobs[position] = replace(job, stored=plan.measurable.get(position))
     lost = [(jobs.pop(plan.simulated[k]), failure) for k, failure in failures.items()]
     return list(jobs.values()), lost
@@ -280,18 +283,18 @@ def _clear_away(plan: SweepPlan) -> None:
             remove_leftovers(plan.directory)
 
 
-def _finish_early(engine: execution.Engine, watcher: Watching) -> None:
+def _finish_early(engine: Engine, watcher: Watching) -> None:
     engine.cancel()
     watcher.tell("finishing the runs in progress and storing them; press Ctrl-C again to stop at once")
 
 
 def _run(
     plan: SweepPlan,
-    engine: execution.Engine,
-    jobs: list[execution.Job],
-    lost: list[tuple[execution.Job, TaskFailure]],
+    engine: Engine,
+    jobs: list[Job],
+    lost: list[tuple[Job, TaskFailure]],
     watcher: Watching,
-    recorder: execution.Recorder,
+    recorder: Recorder,
 ) -> None:
     """Record the jobs that are lost, and run the others."""
     experiment, n_missing = plan.experiment, len(jobs) + len(lost)
@@ -300,9 +303,7 @@ def _run(
     try:
         for failed in lost:
             recorder.failed(*failed)
-        execution.run_jobs(
-            engine, jobs, plan.directory, experiment.store, experiment.limits.time_per_job, recorder
-        )
+        run_jobs(engine, jobs, plan.directory, experiment.store, experiment.limits.time_per_job, recorder)
     except errors.HydrofdiError as error:
         index, failures = read_index(plan.directory, check=False), read_failures(plan.directory)
         so_far = _stored(replace(plan, index=index, failures=failures))

@@ -7,7 +7,6 @@ from dataclasses import replace
 from numbers import Real
 from typing import Any
 
-from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.histories import histories_of
 from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.sources import Described
@@ -15,6 +14,7 @@ from hydrofdi.api.trend_answer import Trend, Trends
 from hydrofdi.diagnosis.trends import History, estimate
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.dates import FIRST_DATE, instant
+from hydrofdi.settings.arguments import positive_of, refusal
 from hydrofdi.settings.messages import nearest
 from hydrofdi.units import parse_quantity, stated_unit
 

@@ -16,9 +16,8 @@ import pytest
 from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
-from hydrofdi.engine import TaskFailure, _without_interrupts
+from hydrofdi.engine import InProcessEngine, LocalPoolEngine, TaskFailure, _without_interrupts
 from hydrofdi.errors import StoreError, SweepInterrupted
-from hydrofdi.execution import InProcessEngine, LocalPoolEngine
 from tests.commands import COMMAND, run, run_json
 from tests.runner.processes import computing, kill, nobody_left, says, shards, start, wait_until, workers
 

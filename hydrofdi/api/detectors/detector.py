@@ -10,7 +10,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from hydrofdi.api.arguments import Names, names_of, path_of, refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut, analysed_batches
 from hydrofdi.api.detectors.windows import watched, windows_table
 from hydrofdi.api.sources import Described, open_records
@@ -19,6 +18,7 @@ from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_dete
 from hydrofdi.detectors.trained.judged import Tally, judged_windows
 from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.settings.arguments import Names, names_of, path_of, refusal
 from hydrofdi.settings.readable import percent
 from hydrofdi.store.files import require_regular, write_whole_text
 from hydrofdi.tables.table import Table

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.runs import study_roles
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Kind
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, sketch_of
 from hydrofdi.records.source import MeasuredSource

@@ -11,13 +11,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.api.arguments import Names, Texts, names_of, path_of
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.api.stored import read_results
 from hydrofdi.detectors.rules import Promise
 from hydrofdi.detectors.trained import configuration
 from hydrofdi.detectors.trained.file import DetectorFile, Made, load_detector
@@ -25,16 +22,19 @@ from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction, comparable
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.detection.populations import n_computed_of
+from hydrofdi.settings.arguments import Names, Texts, names_of, path_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords
+from hydrofdi.store.results import read_results
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 from hydrofdi.studies.reading import within
 from hydrofdi.studies.records import found_from

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrofdi.api.sweep import collect
+from hydrofdi.api.sweeps import collect
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
 from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.config.runs import run_identity

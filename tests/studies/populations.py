@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.engine import InProcessEngine
 from hydrofdi.evaluation.scores import Direction, Kind, Population
+from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.store.results import read_results
 from hydrofdi.studies.records import Scored, StudyRecords
 

@@ -5,10 +5,10 @@ from collections import Counter
 
 import pytest
 
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.engine import InProcessEngine
 from hydrofdi.execution.simulated import SimulatedRecords
+from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.papers import make_report
 from hydrofdi.store.folder import write_request
 from hydrofdi.store.records import StoredRecords

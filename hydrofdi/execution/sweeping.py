@@ -6,29 +6,24 @@ import math
 import signal
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import replace
-from os import PathLike
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Unpack
+from typing import Literal
 
 from hydrofdi import errors
-from hydrofdi.api.plan import WHOLE, Part, SweepPlan, part_of, plan_sweep
-from hydrofdi.api.results import Results, SweepSummary
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
-from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import run_identities
-from hydrofdi.config.shown_values import shown_in
 from hydrofdi.engine import Engine, TaskFailure
 from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
 from hydrofdi.execution.compute import Job, Recorder, run_jobs
-from hydrofdi.execution.engines import engine_named
-from hydrofdi.execution.progress import COEFFICIENTS, RUNS, Watching, watching
+from hydrofdi.execution.plan import WHOLE, Part, SweepPlan, plan_sweep
+from hydrofdi.execution.progress import COEFFICIENTS, RUNS, Watching
 from hydrofdi.indicators.faults import tells_fault
-from hydrofdi.quality.doubts import doubt_counts
-from hydrofdi.settings.arguments import count_of, path_of
+from hydrofdi.quality.doubts import doubt_counts, remedy_lines
 from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import time_text
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
@@ -48,86 +43,9 @@ from hydrofdi.store.folder import (
     write_request,
 )
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
-from hydrofdi.store.results import experiment_directory, experiment_file, library_versions, read_results
+from hydrofdi.store.results import experiment_file, library_versions
 from hydrofdi.store.shards import read_index
-
-if TYPE_CHECKING:
-    from hydrofdi.api.settings import Settings
-
-
-def sweep(
-    experiment: Experiment | None = None,
-    /,
-    *,
-    out: str | PathLike[str] | None = None,
-    workers: int | None = None,
-    engine: Literal["local", "in-process", "dask"] = "local",
-    scheduler: str | None = None,
-    shared_directory: bool = True,
-    part: str | None = None,
-    retry_failed: bool = False,
-    progress: bool = False,
-    **settings: Unpack[Settings],
-) -> Results:
-    """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
-
-    Parameters
-    ----------
-    experiment : path, mapping or ExperimentConfig, optional
-        YAML file, or what would stand in one; without it, the nominal actuator with the settings.
-    out : path, optional
-        Folder of the results; ``results/<name>`` where it is left out.
-    workers : int, optional
-        Processes; the cores that hydrofdi may use where it is left out.
-    engine : {"local", "in-process", "dask"}
-        Where runs are computed: in worker processes, in this process, or on a Dask cluster.
-    scheduler : str, optional
-        Address of the Dask scheduler, such as tcp://host:8786.
-    shared_directory : bool
-        Dask workers write into the results folder (the default), or send their results.
-    part : str, optional
-        Only this part of the runs, such as 3/64; ``hydrofdi collect`` joins the parts of all machines.
-    retry_failed : bool
-        Retry runs that raised an error, hung or lost their worker.
-    progress : bool
-        Show warnings and progress on standard error.
-    **settings
-        As in `hydrofdi.simulate`; also what varies: ``grid={"EBM": ["551 MPa", "689 MPa"]}``.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake; nothing is written then.
-    StoreError
-        The folder is in use, or cannot be written.
-    HydrofdiError
-        The Dask cluster has ended; the same call continues from what is stored.
-    KeyboardInterrupt
-        Ctrl-C: a `SweepInterrupted`, after what ran is stored; the same call continues from there.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> grid = {"EBM": ["551 MPa", "689 MPa"]}
-    >>> results = hydrofdi.sweep(name="stiffness", duration="2 s", grid=grid, engine="in-process")
-    >>> results
-    2 runs in results/stiffness: 2 ok; 1 warning, see .warnings
-    >>> results.dataset.chamber_1_pressure.sizes["run"]
-    2
-    >>> results.statuses
-    {'ok': 2}
-    """
-    with watching(progress) as watcher:
-        loaded = load_experiment({} if experiment is None else experiment, settings)
-        n_worker = None if workers is None else count_of("workers", workers)
-        directory = experiment_directory(loaded, None if out is None else path_of(out))
-        own = WHOLE if part is None else part_of(part)
-        chosen = engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
-        with shown_in(loaded.units):
-            summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
-    if summary.interrupted:
-        raise errors.SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)
-    return Results(read_results(directory) if own == WHOLE else directory, summary)
+from hydrofdi.tables.answer import Answer, Piece
 
 
 def run_sweep(
@@ -186,29 +104,13 @@ def run_sweep(
     return replace(summary, interrupted=bool(requests), lost_workers=engine.lost_workers)
 
 
-def collect(folder: str | PathLike[str] | Results) -> Results:
-    """Build the experiment file from what is stored; runs without a result are holes with a reason.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment, a sweep is at work there, or the file cannot be written.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.collect(results.folder)
-    1 run in results/asked: 1 ok
-    """
-    directory = path_of(folder)
+def collected(directory: Path) -> None:
+    """Build the experiment file of a folder from what is stored there."""
     experiment = read_request(directory)
     table = expand_runs(experiment)
     with experiment_lock(directory, lambda _: None):
         remove_leftovers(directory)
         _write_file(experiment, directory, table, run_identities(table.runs))
-    return Results(read_results(directory))
 
 
 def _write_file(
@@ -355,3 +257,52 @@ def _faults(texts: dict[str, list[str]]) -> dict[str, str]:
                 f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"
             )
     return faults
+
+
+@dataclass(frozen=True, repr=False)
+class SweepSummary(Answer):
+    """What a sweep did. True if no run failed.
+
+    Runs ``planned``; ``completed`` now, those of them ``measured`` from stored signals; ``skipped``, as
+    stored or failed before; ``failed``, without a good end. ``seconds``: wall time [s]. ``interrupted``:
+    whether it was asked to finish early. ``faults``: label → what is wrong with an indicator that failed, in
+    how many runs. ``statuses``, ``verdicts``: how runs ended, and words on those that ended well → number,
+    ``ok`` left out. ``lost_workers``: processes of the local pool that were killed and replaced.
+    """
+
+    planned: int
+    completed: int
+    measured: int
+    skipped: int
+    failed: int
+    seconds: float
+    file: Path
+    interrupted: bool = False
+    faults: dict[str, str] = field(default_factory=dict)
+    statuses: dict[str, int] = field(default_factory=dict)
+    verdicts: dict[str, int] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    lost_workers: int = 0
+
+    @property
+    def stored(self) -> int:
+        """Runs that are stored now, failed ones among them."""
+        return self.planned - self.statuses.get(MISSING, 0)
+
+    def __bool__(self) -> bool:
+        return not (self.failed or self.faults)
+
+    def parts(self) -> tuple[Piece, ...]:
+        """Nothing: all that it says is about the work, not a result."""
+        return ()
+
+    def asides(self) -> Iterator[str]:
+        """Numbers of runs, the verdicts on them, and what failed."""
+        measured = f" ({self.measured:,} from stored signals)" if self.measured else ""
+        lost = f", {counted(self.lost_workers, 'worker')} lost and replaced" * bool(self.lost_workers)
+        yield (
+            f"{counted(self.planned, 'run')}: {self.completed:,} computed{measured}, {self.skipped:,} stored"
+            f" before, {self.failed:,} failed, in {time_text(self.seconds)}{lost}"
+        )
+        yield from remedy_lines(self.verdicts | self.statuses)
+        yield from (f"{label}: {fault}" for label, fault in self.faults.items())

@@ -18,7 +18,6 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
-from hydrofdi.execution.sweeping import SweepSummary
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.messages import counted
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from hydrofdi.api.run import Run
+    from hydrofdi.execution.sweeping import SweepSummary
     from hydrofdi.records import Channel, RecordSource
     from hydrofdi.report.document import ComposedReport
     from hydrofdi.store.experiment_data import ExperimentData

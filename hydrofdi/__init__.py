@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from hydrofdi.api.detectors.detector import Detector as Detector
     from hydrofdi.api.detectors.detector import detect as detect
     from hydrofdi.api.detectors.training import train as train
-    from hydrofdi.api.diagnosing import Diagnosis as Diagnosis
     from hydrofdi.api.diagnosing import diagnose as diagnose
     from hydrofdi.api.evaluation import Evaluation as Evaluation
     from hydrofdi.api.evaluation import evaluate as evaluate
@@ -51,6 +50,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.sweeps import why as why
     from hydrofdi.api.trend import trend as trend
     from hydrofdi.config import load_experiment as load_experiment
+    from hydrofdi.diagnosis.answer import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
     from hydrofdi.settings.ready import schema as schema
     from hydrofdi.tables.table import Table as Table
@@ -60,7 +60,7 @@ _HOMES = {
     for module, names in {
         "api.detectors.detector": "Detector detect",
         "api.detectors.training": "train",
-        "api.diagnosing": "Diagnosis diagnose",
+        "api.diagnosing": "diagnose",
         "api.evaluation": "Evaluation evaluate",
         "api.exporting": "Exported export",
         "api.inspecting": "Inspection inspect",
@@ -72,9 +72,10 @@ _HOMES = {
         "api.sweeps": "calibrate check collect plan rerun status sweep verify why",
         "api.trend": "trend",
         "config": "load_experiment",
+        "diagnosis.answer": "Diagnosis",
         "errors": "HydrofdiError",
-        "tables.table": "Table",
         "settings.ready": "schema",
+        "tables.table": "Table",
     }.items()
     for name in names.split()
 }

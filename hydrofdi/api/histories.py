@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.measuring import TEMPERATURE
@@ -19,6 +18,7 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
+from hydrofdi.indicators.overview import Indicators, indicators_of
 from hydrofdi.indicators.selection import assumed_plants, of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.dates import FIRST_DATE

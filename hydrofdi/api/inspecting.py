@@ -7,13 +7,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrofdi.api.plants import PlantInspection, inspect_plant
 from hydrofdi.api.sources import Described, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
+from hydrofdi.fmi.inspection import PlantInspection, inspect_plant
 from hydrofdi.indicators.nominal_actuator import constants_not_given
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Channel
@@ -328,7 +329,7 @@ def inspect(
     """
     (only, *others) = data if isinstance(data, list) and data else [data]
     if not others and isinstance(only, str | PathLike) and path_of(only).suffix.lower() == ".fmu":
-        return inspect_plant(path_of(only), write)
+        return _inspected_plant(path_of(only), write)
     said = Described(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):
         raise refusal("record", "the name of a record", record)
@@ -365,6 +366,18 @@ def inspect(
             f" {names}; else balances and observers assume the actuator of the paper",
         )
     return found
+
+
+def _inspected_plant(path: Path, write: str | PathLike[str] | None) -> PlantInspection:
+    from hydrofdi.config.sections.plant import INPUTS, OUTPUTS
+    from hydrofdi.store.files import write_whole_text
+
+    plant = inspect_plant(path, INPUTS, OUTPUTS)
+    if write is not None:
+        if (target := path_of(write)).exists():
+            raise ConfigError(f"{target}: exists already; give a new file")
+        write_whole_text(target, inspect_plant(path.resolve(), INPUTS, OUTPUTS).proposal)
+    return plant
 
 
 def _row(batch: RecordBatch, record_id: str | None) -> int | None:

@@ -8,11 +8,11 @@ from numbers import Real
 from typing import Any
 
 from hydrofdi.api.histories import histories_of
-from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.sources import Described
 from hydrofdi.api.trend_answer import Trend, Trends
 from hydrofdi.diagnosis.trends import History, estimate
 from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.indicators.overview import Indicators
 from hydrofdi.records.dates import FIRST_DATE, instant
 from hydrofdi.settings.arguments import positive_of, refusal
 from hydrofdi.settings.messages import nearest

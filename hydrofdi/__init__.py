@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from hydrofdi.api.diagnosing import diagnose as diagnose
     from hydrofdi.api.evaluation import Evaluation as Evaluation
     from hydrofdi.api.evaluation import evaluate as evaluate
-    from hydrofdi.api.exporting import Exported as Exported
     from hydrofdi.api.exporting import export as export
     from hydrofdi.api.inspecting import Inspection as Inspection
     from hydrofdi.api.inspecting import inspect as inspect
@@ -53,6 +52,7 @@ if TYPE_CHECKING:
     from hydrofdi.diagnosis.answer import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
     from hydrofdi.settings.ready import schema as schema
+    from hydrofdi.store.exporting import Exported as Exported
     from hydrofdi.tables.table import Table as Table
 
 _HOMES = {
@@ -62,7 +62,7 @@ _HOMES = {
         "api.detectors.training": "train",
         "api.diagnosing": "diagnose",
         "api.evaluation": "Evaluation evaluate",
-        "api.exporting": "Exported export",
+        "api.exporting": "export",
         "api.inspecting": "Inspection inspect",
         "api.measuring": "indicators measure",
         "api.results": "Results load report",
@@ -75,6 +75,7 @@ _HOMES = {
         "diagnosis.answer": "Diagnosis",
         "errors": "HydrofdiError",
         "settings.ready": "schema",
+        "store.exporting": "Exported",
         "tables.table": "Table",
     }.items()
     for name in names.split()

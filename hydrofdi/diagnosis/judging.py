@@ -8,11 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.diagnosis.causes import CAUSES, SENSORS
-from hydrofdi.diagnosis.evidence import SIZES, Evidence, Shift, whitened
-from hydrofdi.diagnosis.history import History
-from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, Hypothesis, hypotheses
-from hydrofdi.diagnosis.signatures import signatures
+from hydrofdi.diagnosis.balance import CAUSES, SENSORS
+from hydrofdi.diagnosis.history import History, signatures
+from hydrofdi.diagnosis.hypotheses import (
+    HEALTHY,
+    NONE,
+    REPAIRS,
+    SIZES,
+    Evidence,
+    Hypothesis,
+    Shift,
+    hypotheses,
+    whitened,
+)
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.indicators.balancing import P1, P2, X
 from hydrofdi.records import Array, Channel, RecordBatch

@@ -14,7 +14,7 @@ from typing import Any
 from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.detectors.trained.lines import Line
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.configuration import FleetConfig, Pattern
 from hydrofdi.monitor.machines import Kind, Machine
 from hydrofdi.monitor.opening import Sources
 from hydrofdi.monitor.outlets import Outlets, Receiver

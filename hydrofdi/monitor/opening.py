@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrofdi.errors import ConfigError, without_credentials
-from hydrofdi.monitor.configuration import PORTS, Address
+from hydrofdi.monitor.configuration import PORTS, Address, FleetConfig, Pattern
 from hydrofdi.monitor.connections import needing_extra
-from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.machines import Kind, SourceOf
 from hydrofdi.monitor.sources import StreamSource, printable

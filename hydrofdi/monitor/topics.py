@@ -14,9 +14,8 @@ from zlib import crc32
 from paho.mqtt.client import Client, MQTTMessage
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from hydrofdi.monitor.configuration import Address, MonitorConfig
+from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, Pattern
 from hydrofdi.monitor.connections import Inbox, claimed
-from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
 from hydrofdi.monitor.machines import SourceOf
 from hydrofdi.monitor.mqtt import Message, MqttConnection, client_id_of
 from hydrofdi.monitor.payload import PayloadReader

@@ -15,8 +15,7 @@ import pytest
 from hydrofdi.detectors.trained.lines import Condition, WindowLine, line_record
 from hydrofdi.detectors.trained.verdicts import Verdict
 from hydrofdi.monitor import topics
-from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, MqttConfig, Pattern
 from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.topics import Topics, TopicSource

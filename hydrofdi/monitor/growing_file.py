@@ -14,8 +14,7 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.connections import GATHER
-from hydrofdi.monitor.sources import Position, StreamSource, joined
+from hydrofdi.monitor.sources import GATHER, Position, StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.rows import UNENDED

@@ -23,7 +23,7 @@ from paho.mqtt.reasoncodes import ReasonCode
 from hydrofdi.detectors.trained.lines import Line, WindowLine
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
-from hydrofdi.monitor.connections import Connection, credentials, exposed, network_reason, usable
+from hydrofdi.monitor.sources import Connection, credentials, exposed, network_reason, usable
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
 _SENT_AT_ONCE = 10

@@ -23,8 +23,17 @@ from cryptography.hazmat.primitives.serialization import Encoding, load_der_priv
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
-from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
-from hydrofdi.monitor.sources import Position, StreamSource, joined
+from hydrofdi.monitor.sources import (
+    Connection,
+    Inbox,
+    Position,
+    StreamSource,
+    credentials,
+    exposed,
+    joined,
+    network_reason,
+    usable,
+)
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.columns import ReadColumn, factor_to_si
 from hydrofdi.records.description import ChannelConfig

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import PORTS, Address, FleetConfig, Pattern
-from hydrofdi.monitor.connections import needing_extra
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.machines import Kind, SourceOf
-from hydrofdi.monitor.sources import StreamSource, printable
+from hydrofdi.monitor.sources import StreamSource, needing_extra, printable
 from hydrofdi.records.streams import Event
 from hydrofdi.settings.messages import similar
 

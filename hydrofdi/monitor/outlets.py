@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TextIO, runtime_checkable
 
 from hydrofdi.detectors.trained.lines import Line, WindowLine, is_said, line_record
 from hydrofdi.monitor.configuration import FleetConfig, topic_address
-from hydrofdi.monitor.connections import needing_extra
 from hydrofdi.monitor.machines import Machine
+from hydrofdi.monitor.sources import needing_extra
 from hydrofdi.records.streams import Chunk, Event
 
 if TYPE_CHECKING:

@@ -15,11 +15,10 @@ from paho.mqtt.client import Client, MQTTMessage
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, Pattern
-from hydrofdi.monitor.connections import Inbox, claimed
 from hydrofdi.monitor.machines import SourceOf
 from hydrofdi.monitor.mqtt import Message, MqttConnection, client_id_of
 from hydrofdi.monitor.payload import PayloadReader
-from hydrofdi.monitor.sources import Position, StreamSource
+from hydrofdi.monitor.sources import Inbox, Position, StreamSource, claimed
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.streams import Chunk
 

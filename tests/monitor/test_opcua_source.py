@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.monitor import connections, opcua
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
-from hydrofdi.monitor.connections import Inbox
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
+from hydrofdi.monitor.sources import Inbox
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import EventKind

@@ -19,8 +19,7 @@ from hydrofdi.monitor.machines import Kind, Machine
 from hydrofdi.monitor.opening import Sources
 from hydrofdi.monitor.outlets import Outlets, Receiver
 from hydrofdi.monitor.sources import StreamSource
-from hydrofdi.monitor.store import WHOLE, StateStore
-from hydrofdi.monitor.window_log import WindowLog
+from hydrofdi.monitor.store import WHOLE, StateStore, WindowLog
 from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.settings.readable import time_text

@@ -24,9 +24,8 @@ from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.mqtt import Message
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
-from hydrofdi.monitor.store import StateStore, StoredMachine
+from hydrofdi.monitor.store import StateStore, StoredMachine, WindowLog
 from hydrofdi.monitor.topics import TopicSource
-from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import run
 from tests.monitor.fleets import (
     expected,

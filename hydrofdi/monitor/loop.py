@@ -15,9 +15,8 @@ from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.detectors.trained.lines import Line
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor.configuration import FleetConfig, Pattern
-from hydrofdi.monitor.machines import Kind, Machine
+from hydrofdi.monitor.machines import Kind, Machine, Outlets, Receiver
 from hydrofdi.monitor.opening import Sources
-from hydrofdi.monitor.outlets import Outlets, Receiver
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.store import WHOLE, StateStore, WindowLog
 from hydrofdi.records.dates import FIRST_DATE

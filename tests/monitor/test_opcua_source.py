@@ -15,7 +15,7 @@ from asyncua import Server, ua
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.monitor import connections, opcua
+from hydrofdi.monitor import opcua
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
 from hydrofdi.monitor.sources import Inbox
@@ -361,7 +361,7 @@ def test_a_full_inbox_drops_one_long_piece_and_says_it_once():
 
 
 def test_few_items_wait_for_more(monkeypatch):
-    monkeypatch.setattr(connections, "GATHER", 60.0)
+    monkeypatch.setattr(sources, "GATHER", 60.0)
     inbox = Inbox(100)
     sender = Thread(target=lambda: [put(inbox, start) for start in (0, 10, 20)])
     sender.start()

@@ -15,7 +15,7 @@ from asyncua import Server, ua
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.monitor import opcua
+from hydrofdi.monitor import opcua, sources
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
 from hydrofdi.monitor.sources import Inbox

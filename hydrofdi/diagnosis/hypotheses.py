@@ -15,20 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import (
-    CAUSES,
-    EDGES,
-    GAPS,
-    LEAKS,
-    N_CHANGE,
-    N_FINE,
-    N_PLACE,
-    NAMES,
-    OF_EDGES,
-    PLACE,
-    SCORES,
-    UNLISTED,
-)
+from hydrofdi.diagnosis.balance import CAUSES, EDGES, GAPS, LEAKS, N_PLACE, NAMES, OF_EDGES, PLACE, SCORES
 from hydrofdi.diagnosis.history import History
 from hydrofdi.records import Array
 
@@ -83,7 +70,7 @@ def hypotheses(history: History) -> list[Hypothesis]:
     at, supply, flow = options.reference_pressure, options.supply_pressure, 0.03 * balance.flow
     opening, modulus, mean = balance.largest_opening, 1.0 / options.bulk_modulus, history.value("pressure")
     friction, leak = 0.01 * supply * min(first, second), 1.0 / np.sqrt(at)
-    places = np.interp(np.linspace(0.0, N_PLACE - 1.0, N_FINE), np.arange(N_PLACE), balance.places)
+    places = np.interp(np.linspace(0.0, N_PLACE - 1.0, len(SCORES)), np.arange(N_PLACE), balance.places)
     stroke = (places - places[0]) / (places[-1] - places[0])
     # Flat tops with smooth ends, of any place and some widths; a score is a hole or a gap.
     scores = [
@@ -188,6 +175,15 @@ REPAIRS: Mapping[str, str] = {
 """Fault of the recording that is undone exactly → what a person calls it."""
 
 
+_UNLISTED = (
+    "lap", "clearance", "supply_resistance", "gain_by_direction", "gain_by_feeding", "gain_by_chamber", "lag",
+    "position_lag", "bow", "viscous", "stiffness",
+)  # fmt: skip
+"""Causes of which one may change alone in a fault without a hypothesis."""
+
+_N_CHANGE = len(NAMES) + 2
+"""Number of the causes that are no detail of a listed fault."""
+
 PRIOR_HEALTHY, PRIOR_NONE = 0.9, 0.3
 """Probability that nothing is wrong before the record is seen; share of a fault without a hypothesis in the
 rest, which the other hypotheses divide equally."""
@@ -252,10 +248,10 @@ class Evidence:
         # Causes of the balance are seen through its estimate, forces and pressure directly.
         own, rest = np.split(hypothesis.directions, [len(CAUSES)], axis=1)
         moved = np.hstack((own @ gain.T, rest))
-        changes = np.zeros((N_CHANGE, len(difference)))
-        changes[:, : len(gain)] = gain[:, :N_CHANGE].T
+        changes = np.zeros((_N_CHANGE, len(difference)))
+        changes[:, : len(gain)] = gain[:, :_N_CHANGE].T
         white, log_determinant = whitened(scatter, np.vstack((difference, moved, changes)))
-        changes = white[-N_CHANGE:]
+        changes = white[-_N_CHANGE:]
         # The machine differs from the model in the directions in which its causes are seen, and in others.
         values, vectors = np.linalg.eigh(changes.T @ changes)
         shares = 0.5 * np.maximum(values, 0.0) / np.sum(values) + 0.5 / len(difference)
@@ -266,7 +262,7 @@ class Evidence:
     def unlisted(self) -> Hypothesis:
         """A fault without a hypothesis that changes one cause alone."""
         causes, deviations = self.history.causes, np.sqrt(np.diag(self.scatter))
-        shown = [causes.index(each) for each in UNLISTED if each in causes]
+        shown = [causes.index(each) for each in _UNLISTED if each in causes]
         directions = np.zeros((len(shown), len(causes)))
         for row, place in enumerate(shown):
             # Forces have no scale of their own.

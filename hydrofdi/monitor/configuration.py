@@ -216,12 +216,11 @@ Config = TypeVar("Config", bound=MonitorConfig)
 
 def load_monitor_config(path: Path | None) -> MonitorConfig:
     """The configuration in a YAML file; the default without one. Paths in it are relative to its folder."""
-    return (
-        MonitorConfig() if path is None else read_config(MonitorConfig, path, "a configuration of a monitor")
-    )
+    kind = "a configuration of a monitor"
+    return MonitorConfig() if path is None else _read_config(MonitorConfig, path, kind)
 
 
-def read_config(model: type[Config], path: Path, kind: str, **stated: Any) -> Config:
+def _read_config(model: type[Config], path: Path, kind: str, **stated: Any) -> Config:
     """The configuration in a YAML file; keys `stated` elsewhere replace its own."""
     source = read_yaml(path, kind)
     found = (source.data or {}) | stated
@@ -229,11 +228,18 @@ def read_config(model: type[Config], path: Path, kind: str, **stated: Any) -> Co
     config = validated(model, source)
     if mistakes := list(channel_mistakes(config.channels, source)):
         raise ConfigError(mistakes)
-    placed: dict[str, Any] = {}
-    for name, section in (("mqtt", config.mqtt), ("opcua", config.opcua)):
-        files = {key: path.parent / file for key, file in section if isinstance(file, Path)}
-        placed[name] = section.model_copy(update=files)
-    return config.model_copy(update=placed)
+    return _placed(config, path.parent)
+
+
+AnySection = TypeVar("AnySection", bound=Section)
+
+
+def _placed(section: AnySection, folder: Path) -> AnySection:
+    """A section with its paths in a folder."""
+    placed: dict[str, Any] = {key: folder / value for key, value in section if isinstance(value, Path)}
+    connections = ((key, value) for key, value in section if isinstance(value, MqttConfig | OpcUaConfig))
+    placed |= {key: _placed(value, folder) for key, value in connections}
+    return section.model_copy(update=placed)
 
 
 _PARTITION = re.compile(r"([1-9]\d{0,3})/([1-9]\d{0,3})")
@@ -372,8 +378,6 @@ class Pattern:
 
 def load_fleet_config(path: Path, **stated: Any) -> FleetConfig:
     """The configuration in a YAML file, with paths relative to its folder; keys `stated` replace its own."""
-    config = read_config(FleetConfig, path, "a configuration of a fleet", **stated)
-    folder = path.parent
-    files = {key: folder / file for key, file in config if isinstance(file, Path)}
-    detectors = {pattern: folder / file for pattern, file in config.detectors.items()}
-    return config.model_copy(update={**files, "detectors": detectors})
+    config = _read_config(FleetConfig, path, "a configuration of a fleet", **stated)
+    detectors = {pattern: path.parent / file for pattern, file in config.detectors.items()}
+    return config.model_copy(update={"detectors": detectors})

@@ -21,7 +21,7 @@ from hydrofdi.monitor.store import StoredMachine
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
 if TYPE_CHECKING:
-    from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
+    from hydrofdi.monitor.metrics import MetricsServer
     from hydrofdi.monitor.mqtt import MqttSink
 
 _log = logging.getLogger(__name__)
@@ -207,7 +207,6 @@ class Outlets:
         self._view = to if isinstance(to, View) else None
         self._to = None if isinstance(to, View) else to
         self._metrics: MetricsServer | None = None
-        self._counted: dict[str, MetricsSink] = {}
         self._sinks: list[MqttSink] = []
         self._events = list[Event]()
         self._stack = ExitStack()
@@ -229,8 +228,10 @@ class Outlets:
 
     def put(self, machine: Machine | None, chunk: Chunk | None, lines: Sequence[Line]) -> str:
         """Hand lines on; the text of those that are said."""
-        if self._metrics is not None and (lines or chunk is not None):
-            self._count(self._metrics, machine, chunk, lines)
+        if self._metrics is not None and machine is None:
+            self._metrics.count(lines)
+        elif self._metrics is not None and machine is not None and (lines or chunk is not None):
+            self._metrics.put(machine.name or machine.source.name, machine.kind.file, chunk, lines)
         if self._view is not None:
             self._view.put(chunk, lines)
         said = [line for line in lines if is_said(line)]
@@ -255,19 +256,6 @@ class Outlets:
             self._to.flush()
         return "".join(texts)
 
-    def _count(
-        self, server: MetricsServer, machine: Machine | None, chunk: Chunk | None, lines: Sequence[Line]
-    ) -> None:
-        if machine is None:
-            server.count(lines)
-            return
-        name = machine.name or machine.source.name
-        if name not in self._counted:
-            from hydrofdi.monitor.metrics import MetricsSink
-
-            self._counted[name] = MetricsSink(server, name, machine.kind.file)
-        self._counted[name].put(chunk, lines)
-
     def show_age(self, machine: Machine | None, age: float) -> None:
         """Show in the metrics how old the newest samples were [s]."""
         if self._metrics is not None:
@@ -282,8 +270,8 @@ class Outlets:
 
     def forget(self, machine: str) -> None:
         """Serve no metrics of a machine any more."""
-        if machine in self._counted:
-            self._counted.pop(machine).close()
+        if self._metrics is not None:
+            self._metrics.forget(machine)
 
     def close(self) -> None:
         """Write and send what is left, and end."""

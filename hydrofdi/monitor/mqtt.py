@@ -44,11 +44,10 @@ class MqttConnection(Connection):
         address: Address,
         config: MqttConfig,
         say: Callable[[Event], None],
-        first_wait: float,
         client_id: str = "",
         **wishes: int,
     ) -> None:
-        Connection.__init__(self, str(address), say, first_wait)
+        Connection.__init__(self, str(address), say)
         self.address, self.config, self.client_id, self._wishes = address, config, client_id, wishes
         self.changed = Signal()
         self._is_lost, self._reason = False, ""
@@ -180,16 +179,16 @@ class Publisher(MqttConnection):
     `events` are those of the connection, and messages that the broker refused.
     """
 
-    def __init__(
-        self, address: Address, config: MqttConfig, capacity: int, first_wait: float = 1.0, status: str = ""
-    ) -> None:
+    _status = ""
+
+    def __init__(self, address: Address, config: MqttConfig, capacity: int = 10_000) -> None:
         self.events: deque[Event] = deque(maxlen=1000)
-        self._capacity, self._status = capacity, status
+        self._capacity = capacity
         self._payloads: deque[bytes] = deque()
         self._sent: deque[int] = deque()
         self._answers: deque[tuple[int, Any]] = deque()
         self._is_online = False
-        super().__init__(address, config, self.events.append, first_wait)
+        super().__init__(address, config, self.events.append)
         self.connect()
 
     def send(self, payload: bytes) -> bool:
@@ -261,10 +260,9 @@ def payload_of(chunk: Chunk) -> bytes:
 class MqttSink(Publisher):
     """Sends lines as JSON to a topic; its ``…/status`` is ``online`` or ``offline``, and retained."""
 
-    def __init__(
-        self, address: Address, config: MqttConfig, capacity: int = 10_000, first_wait: float = 1.0
-    ) -> None:
-        super().__init__(address, config, capacity, first_wait, status=f"{address.path}/status")
+    def __init__(self, address: Address, config: MqttConfig, capacity: int = 10_000) -> None:
+        self._status = f"{address.path}/status"
+        super().__init__(address, config, capacity)
 
     def wants(self, line: Line) -> bool:
         """Whether it sends such a line."""

@@ -71,12 +71,10 @@ class OpcUaSource(Connection, StreamSource):
         config: OpcUaConfig,
         channels: Mapping[Channel, ChannelConfig],
         sampling_frequency: float,
-        *,
-        first_wait: float = 1.0,
     ) -> None:
         self._inbox: Inbox[Chunk] = Inbox(max(2, round(config.queue * sampling_frequency)))
         StreamSource.__init__(self, str(address), self._inbox.events)
-        super().__init__(self.name, self._inbox.say, first_wait)
+        super().__init__(self.name, self._inbox.say)
         if not channels:
             raise ConfigError("an OPC UA server needs 'channels': the node of each channel")
         self._config, self._period = config, 1 / sampling_frequency

@@ -107,8 +107,8 @@ def malformed(what: str, text: str, reason: str) -> Chunk:
 GATHER = 0.5
 """Longest time that samples wait for more, so that those of many small pieces are read together [s]."""
 
-_LONGEST_WAIT = 120.0
-"""Longest wait between attempts [s]."""
+FIRST_WAIT, _LONGEST_WAIT = 1.0, 120.0
+"""Wait before the second attempt to connect, and the longest between attempts [s]."""
 
 _STEADY = 60.0
 """Duration of a stable connection [s]; after it, the first new attempt comes soon."""
@@ -117,8 +117,8 @@ _STEADY = 60.0
 class Connection:
     """Connects again and again in a thread of its own, and reports when a connection is made or lost."""
 
-    def __init__(self, peer: str, say: Callable[[Event], None], first_wait: float) -> None:
-        self._peer, self.say, self._first_wait = peer, say, first_wait
+    def __init__(self, peer: str, say: Callable[[Event], None]) -> None:
+        self._peer, self.say = peer, say
         self.is_closing = Signal()
         self.said: set[str] = set()
         self._thread = Thread(target=self._keep, name=peer, daemon=True)
@@ -154,7 +154,7 @@ class Connection:
                 text = f"no connection to {self._peer}: {reason}; trying again"
                 self.say(Event(EventKind.DISCONNECTED, text))
             n_failed = 0 if time.monotonic() - began > _STEADY else n_failed + 1
-            longest = min(_LONGEST_WAIT, self._first_wait * 2.0 ** min(n_failed, 16))
+            longest = min(_LONGEST_WAIT, FIRST_WAIT * 2.0 ** min(n_failed, 16))
             self.is_closing.wait(longest * random.uniform(0.5, 1.0))
 
 

@@ -132,13 +132,7 @@ class Topics(MqttConnection):
     """
 
     def __init__(
-        self,
-        patterns: list[Pattern],
-        config: FleetConfig,
-        file: Path,
-        *,
-        is_single: bool = False,
-        first_wait: float = 1.0,
+        self, patterns: list[Pattern], config: FleetConfig, file: Path, *, is_single: bool = False
     ) -> None:
         address = patterns[0].address
         assert address is not None
@@ -151,7 +145,6 @@ class Topics(MqttConnection):
             address,
             config.mqtt,
             self._inbox.say,
-            first_wait,
             config.mqtt.client_id + own if config.mqtt.client_id else named,
             SessionExpiryInterval=round(config.mqtt.session_expiry),
             ReceiveMaximum=_MOST_UNACKNOWLEDGED,

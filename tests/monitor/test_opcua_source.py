@@ -117,7 +117,7 @@ RATE = 100.0
 
 @contextmanager
 def opened(url, config=FAST, channels=CHANNELS, rate=RATE):
-    source = OpcUaSource(Address.parse(url), config, channels, rate, first_wait=0.1)
+    source = OpcUaSource(Address.parse(url), config, channels, rate)
     source.open({})
     try:
         yield source

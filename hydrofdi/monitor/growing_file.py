@@ -108,7 +108,7 @@ class FollowedFile:
 
     def position(self, offset: int) -> dict[str, Any]:
         """The position of a byte that was read."""
-        return {"inode": self.status.st_ino, "offset": offset, "head": _digest(self._head[:offset])}
+        return place_in(self._file.fileno(), offset, self._head)
 
     def was_begun_anew(self) -> bool:
         """Whether it begins otherwise than what was read; a hole is what a writer leaves that went on."""
@@ -151,14 +151,10 @@ def following(path: Path, file: FollowedFile) -> Path:
     return min([each for each in later if each[0] > file.status.st_mtime_ns], default=(0, path))[1]
 
 
-def place_in(descriptor: int, offset: int) -> dict[str, Any]:
-    """The position of a byte in an open file."""
-    head = os.pread(descriptor, min(_HEAD, offset), 0)
-    return {"inode": os.fstat(descriptor).st_ino, "offset": offset, "head": _digest(head)}
-
-
-def _digest(head: bytes) -> str:
-    return sha256(head).hexdigest()[:16]
+def place_in(descriptor: int, offset: int, head: bytes | None = None) -> dict[str, Any]:
+    """The position of a byte in an open file, of which the beginning may be known."""
+    head = os.pread(descriptor, min(_HEAD, offset), 0) if head is None else head[:offset]
+    return {"inode": os.fstat(descriptor).st_ino, "offset": offset, "head": sha256(head).hexdigest()[:16]}
 
 
 _POLL = 0.2

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-import socket
 import ssl
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from threading import Event as Signal
 from typing import Any, NamedTuple
 
@@ -165,12 +162,6 @@ class Message(NamedTuple):
     number: int
     qos: int
     is_repeated: bool
-
-
-def client_id_of(file: Path, *more: str) -> str:
-    """A client id that is the same at each start; every broker accepts its 23 characters."""
-    text = "\n".join((socket.gethostname(), str(file.resolve()), *more))
-    return f"hydrofdi-{hashlib.sha256(text.encode()).hexdigest()[:14]}"
 
 
 class Publisher(MqttConnection):

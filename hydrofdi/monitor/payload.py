@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
@@ -21,7 +22,7 @@ from hydrofdi.records.rows import runs
 from hydrofdi.records.streams import Chunk
 from hydrofdi.records.times import time_column
 from hydrofdi.settings.messages import counted
-from hydrofdi.units import parse_quantity
+from hydrofdi.settings.quantities import SI
 
 
 class SampleClock:
@@ -36,7 +37,7 @@ class SampleClock:
         return np.arange(first, self.n_sample) / self.sampling_frequency
 
 
-_FREQUENCY = "sampling_frequency"
+_FREQUENCY, _HERTZ = "sampling_frequency", SI("Hz", above=0.0)
 _MOST_KEYS = 256
 
 
@@ -264,10 +265,7 @@ def _is_text(value: Any) -> bool:
 
 
 def _frequency(value: Any) -> float:
-    try:
-        frequency = parse_quantity(value, "Hz") if isinstance(value, str) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        frequency = 0.0
-    if not 0.0 < frequency < float("inf"):
-        raise PayloadError("'sampling_frequency' must be a number above zero [Hz]")
-    return frequency
+    with suppress(ValueError, OverflowError):
+        if math.isfinite(frequency := _HERTZ.parse(value)):
+            return frequency
+    raise PayloadError("'sampling_frequency' must be a number above zero [Hz]")

@@ -6,6 +6,7 @@ import socket
 import time
 from collections import deque
 from collections.abc import Collection
+from hashlib import sha256
 from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +17,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, Pattern
 from hydrofdi.monitor.machines import SourceOf
-from hydrofdi.monitor.mqtt import Message, MqttConnection, client_id_of
+from hydrofdi.monitor.mqtt import Message, MqttConnection
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import Inbox, Position, StreamSource, claimed
 from hydrofdi.records.batch import Channel
@@ -137,7 +138,9 @@ class Topics(MqttConnection):
         address = patterns[0].address
         assert address is not None
         names, own = [str(pattern.address) for pattern in patterns], config.partition.replace("/", "-")
-        named = client_id_of(file, *names, *([] if is_single else [own]))
+        # The same at each start; every broker accepts its 23 characters.
+        text = "\n".join((socket.gethostname(), str(file.resolve()), *names, *([] if is_single else [own])))
+        named = f"hydrofdi-{sha256(text.encode()).hexdigest()[:14]}"
         self._least_size = LEAST_OF_ONE if is_single else _LEAST_SIZE
         self._most_kept = _MOST_OF_ONE if is_single else MOST_KEPT
         self._inbox: Inbox[tuple[Client, Message]] = Inbox(CAPACITY)

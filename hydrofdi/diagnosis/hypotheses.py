@@ -84,9 +84,9 @@ def hypotheses(history: History) -> list[Hypothesis]:
     def moves(*changes: Mapping[str, float]) -> Array:
         made = np.zeros((len(changes), len(names)))
         for row, change in enumerate(changes):
-            for place, name in enumerate(names):
-                scale = balance.scales[place] if place < len(CAUSES) else 1.0
-                made[row, place] = change.get(name, 0.0) / scale
+            for column, name in enumerate(names):
+                scale = balance.scales[column] if column < len(CAUSES) else 1.0
+                made[row, column] = change.get(name, 0.0) / scale
         return made
 
     def signs(change: Mapping[str, float]) -> Array:
@@ -164,7 +164,7 @@ def hypotheses(history: History) -> list[Hypothesis]:
                    advice="check the amplifier; compare spool position and command"),
     )  # fmt: skip
     shown = set(names) - (set() if balance.both else {"bias_2", "gain_2", "external_2"})
-    return [each for each in all_ if each.name not in _NEEDS or _NEEDS[each.name] in shown]
+    return [fault for fault in all_ if fault.name not in _NEEDS or _NEEDS[fault.name] in shown]
 
 
 REPAIRS: Mapping[str, str] = {
@@ -242,8 +242,8 @@ class Evidence:
         difference, scatter, gain = self.difference, self.scatter.copy(), self.gain
         for name in hypothesis.free if is_free else ():
             if name in self.history.names:
-                place = self.history.names.index(name)
-                scatter[place, place] *= 1.0 + _FREE**2
+                index = self.history.names.index(name)
+                scatter[index, index] *= 1.0 + _FREE**2
         scatter[-1, -1] += _MISFIT**2
         # Causes of the balance are seen through its estimate, forces and pressure directly.
         own, rest = np.split(hypothesis.directions, [len(CAUSES)], axis=1)
@@ -262,12 +262,12 @@ class Evidence:
     def unlisted(self) -> Hypothesis:
         """A fault without a hypothesis that changes one cause alone."""
         causes, deviations = self.history.causes, np.sqrt(np.diag(self.scatter))
-        shown = [causes.index(each) for each in _UNLISTED if each in causes]
+        shown = [causes.index(name) for name in _UNLISTED if name in causes]
         directions = np.zeros((len(shown), len(causes)))
-        for row, place in enumerate(shown):
+        for row, column in enumerate(shown):
             # Forces have no scale of their own.
-            own = place - len(CAUSES) + len(NAMES)
-            directions[row, place] = 1.0 if place < len(CAUSES) else 10.0 * deviations[own]
+            own = column - len(CAUSES) + len(NAMES)
+            directions[row, column] = 1.0 if column < len(CAUSES) else 10.0 * deviations[own]
         return Hypothesis(NONE, "none of these", "", 1.0, np.vstack((directions, -directions)))
 
     def _log_density(self, squares: Array, log_determinant: Array | float) -> Array:
@@ -297,12 +297,12 @@ class Evidence:
         logs[NONE] = _log_mean(np.array([one, many])) + log_none
         for hypothesis, own in shifts:
             # What could not be seen at any size looks as if nothing were wrong.
-            densities = [self._density(each, hypothesis, factor) for each in own] or [nothing]
+            densities = [self._density(shift, hypothesis, factor) for shift in own] or [nothing]
             logs[hypothesis.name] = _log_mean(np.array(densities)) + log_prior
         for name, signature in repaired.items():
             white, _ = whitened(self.scatter, (signature - self.history.centre)[None])
-            found = float(self._log_density(np.array(np.sum(white**2) / factor), log_determinant))
-            logs[name] = found + log_prior
+            density = float(self._log_density(np.array(np.sum(white**2) / factor), log_determinant))
+            logs[name] = density + log_prior
         top = max(logs.values())
         # Over the most probable one, as densities themselves may underflow.
         weights = {name: float(np.exp(value - top)) for name, value in logs.items()}

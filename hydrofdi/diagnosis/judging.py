@@ -180,10 +180,10 @@ class Judge:
         chances = [evidence.probabilities(seen, repaired or {}, factor) for factor in factors]
         # Rounded, so that the order is the same on all processors.
         order = sorted(chances[0], key=lambda name: -comparable(chances[0][name]))
-        listed = {each.name: each for each in self.hypotheses}
+        listed = {fault.name: fault for fault in self.hypotheses}
         findings = list[Finding]()
         for name in order:
-            own = [each[name] for each in chances]
+            own = [chance[name] for chance in chances]
             if (hypothesis := listed.get(name)) is not None:
                 about = hypothesis.title, hypothesis.unit, hypothesis.advice
                 finding = Finding(name, *about, own[0], min(own), max(own), visible=visible[name])
@@ -230,12 +230,12 @@ class Judge:
             mine, rows = mine / errors, shift.directions[1:] / errors
             factors = np.maximum(rows @ mine, 0.0) / np.maximum(np.sum(rows**2, axis=1), 1e-30)
             left = np.sum((mine - factors[:, None] * rows) ** 2, axis=1)
-            place = int(np.argmin(left))
-            if factors[place] == 0.0 or left[place] >= _TOLD_APART:
+            nearest = int(np.argmin(left))
+            if factors[nearest] == 0.0 or left[nearest] >= _TOLD_APART:
                 continue
             alike.append(other.name)
-            change = size * hypothesis.directions[best] - factors[place] * other.directions[place]
-            sensor = self._telling(change, float(left[place]))
+            change = size * hypothesis.directions[best] - factors[nearest] * other.directions[nearest]
+            sensor = self._telling(change, float(left[nearest]))
             if sensor:
                 told[other.name] = sensor
         return tuple(alike), told
@@ -243,16 +243,16 @@ class Judge:
     def _telling(self, change: Array, known: float) -> str:
         """The sensor that tells a change of the true quantities best; empty if none does."""
         scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(CAUSES))))
-        best, found = known, ""
+        best, teller = known, ""
         for sensor, errors in _SENSORS.items():
             square = known
             for name, error in errors.items():
                 if name in self.history.causes:
-                    place = self.history.causes.index(name)
-                    square += float(change[place] * scales[place] / error) ** 2
+                    index = self.history.causes.index(name)
+                    square += float(change[index] * scales[index] / error) ** 2
             if comparable(square) > comparable(max(best, _TOLD_APART)):
-                best, found = square, sensor
-        return found
+                best, teller = square, sensor
+        return teller
 
 
 def _cosine(shift: Shift) -> float:

@@ -223,8 +223,8 @@ def load_monitor_config(path: Path | None) -> MonitorConfig:
 def _read_config(model: type[Config], path: Path, kind: str, **stated: Any) -> Config:
     """The configuration in a YAML file; keys `stated` elsewhere replace its own."""
     source = read_yaml(path, kind)
-    found = (source.data or {}) | stated
-    source.data = {key: value for key, value in found.items() if key not in _OF_RECORDS}
+    keys = (source.data or {}) | stated
+    source.data = {key: value for key, value in keys.items() if key not in _OF_RECORDS}
     config = validated(model, source)
     if mistakes := list(channel_mistakes(config.channels, source)):
         raise ConfigError(mistakes)
@@ -293,8 +293,8 @@ class FleetConfig(MonitorConfig):
     @field_validator("partition")
     @classmethod
     def _is_a_partition(cls, given: str) -> str:
-        found = _PARTITION.fullmatch(given)
-        if given and (found is None or int(found[1]) > int(found[2])):
+        parts = _PARTITION.fullmatch(given)
+        if given and (parts is None or int(parts[1]) > int(parts[2])):
             raise ValueError(f"{given!r} is no partition; write '1/3' to '3/3' for three processes")
         return given
 
@@ -312,7 +312,7 @@ class FleetConfig(MonitorConfig):
     def _reads_no_own_events(self) -> Self:
         for text in self.events:
             topic = Address.parse(text).path
-            for pattern in (Pattern.parse(each, Path()) for each in self.machines if is_mqtt(each)):
+            for pattern in (Pattern.parse(source, Path()) for source in self.machines if is_mqtt(source)):
                 if pattern.name_in(topic) or pattern.name_in(f"{topic}/status"):
                     raise ValueError(
                         f"'events' {text} is also read, as that of a machine; choose another topic"
@@ -367,8 +367,8 @@ class Pattern:
     def name_in(self, place: str) -> str | None:
         """The name of the machine at a topic or a path; None if it is none of these."""
         wildcard = "+" if self.address else _ANY
-        before, found, after = self.text.partition(wildcard)
-        if not found:
+        before, has_name, after = self.text.partition(wildcard)
+        if not has_name:
             own = place if self.address else Path(place).stem
             return own if place == self.text else None
         name = place[len(before) : len(place) - len(after)]

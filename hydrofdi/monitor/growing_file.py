@@ -61,8 +61,8 @@ class StandardInput(StreamSource):
             if self._text.n_unfinished:
                 self.events.append(Event(EventKind.NOTICE, f"{self.name}: {UNENDED}"))
             chunks.append(self._text.read(b"", is_end=True))
-        found = [chunk for chunk in chunks if chunk is not None]
-        return joined(found) if found else None
+        readable = [chunk for chunk in chunks if chunk is not None]
+        return joined(readable) if readable else None
 
     def _has_more(self, timeout: float) -> bool:
         return bool(select.select([self._descriptor], [], [], max(0.0, timeout))[0])
@@ -144,9 +144,11 @@ def following(path: Path, file: FollowedFile) -> Path:
     Renamed files are those in the folder of `path` whose names begin with its name, as with logrotate.
     """
     later = [
-        (found.stat().st_mtime_ns, found)
-        for found in path.parent.glob(f"{escape(path.name)}?*")
-        if found.suffix.lower() != ".gz" and found.is_file() and found.stat().st_ino != file.status.st_ino
+        (renamed.stat().st_mtime_ns, renamed)
+        for renamed in path.parent.glob(f"{escape(path.name)}?*")
+        if renamed.suffix.lower() != ".gz"
+        and renamed.is_file()
+        and renamed.stat().st_ino != file.status.st_ino
     ]
     return min([each for each in later if each[0] > file.status.st_mtime_ns], default=(0, path))[1]
 
@@ -238,11 +240,11 @@ class GrowingFile(StreamSource):
     def _go_on(self) -> FollowedFile:
         """Open the file at the stored position, or at its beginning."""
         stored = self._stored
-        found = found_again(self._path, stored) if "inode" in stored else None
-        self._file = found or FollowedFile(self._path)
+        old = found_again(self._path, stored) if "inode" in stored else None
+        self._file = old or FollowedFile(self._path)
         if self._trouble:
             self._say("can be read now")
-        if "inode" in stored and found is None:
+        if "inode" in stored and old is None:
             self._say("the previous file is gone; this one is read from the start")
             stored = {key: value for key, value in stored.items() if key == "n_sample"}
         self._text, self._trouble = self._lines(stored), ""
@@ -279,10 +281,10 @@ class GrowingFile(StreamSource):
     def _is_replaced(self, file: FollowedFile) -> bool:
         """Whether another file has the name now, and is not empty."""
         try:
-            found = self._path.stat()
+            status = self._path.stat()
         except FileNotFoundError:
             return False
-        return found.st_size > 0 and not os.path.samestat(found, file.status)
+        return status.st_size > 0 and not os.path.samestat(status, file.status)
 
     def _report(self, error: OSError) -> None:
         """Report once what is wrong; the next reading tries again."""

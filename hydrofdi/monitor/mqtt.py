@@ -219,8 +219,8 @@ class Publisher(MqttConnection):
         while self._answers:
             number, code = self._answers.popleft()
             if number in self._sent:  # else it is that of the status
-                place = self._sent.index(number)
-                del self._sent[place], self._payloads[place]
+                index = self._sent.index(number)
+                del self._sent[index], self._payloads[index]
                 if code.is_failure:
                     self.say(self.dropped(f"the broker refuses messages: {code.getName().lower()}"))
         while self._is_online and len(self._sent) < min(len(self._payloads), _SENT_AT_ONCE):

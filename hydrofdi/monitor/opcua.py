@@ -179,9 +179,9 @@ class OpcUaSource(Connection, StreamSource):
     async def _check(self, client: Client, expected: bytes) -> None:
         """Check policy and certificate: a server does not answer what is encrypted for another one."""
         wanted = client.security_policy.URI, ua.MessageSecurityMode.SignAndEncrypt
-        for each in await Client(self.name, timeout=_TIMEOUT).connect_and_get_server_endpoints():
-            is_own = (each.ServerCertificate or b"").startswith(expected)
-            if is_own and (each.SecurityPolicyUri, each.SecurityMode) == wanted:
+        for endpoint in await Client(self.name, timeout=_TIMEOUT).connect_and_get_server_endpoints():
+            is_own = (endpoint.ServerCertificate or b"").startswith(expected)
+            if is_own and (endpoint.SecurityPolicyUri, endpoint.SecurityMode) == wanted:
                 return
         raise ConnectionError("it does not offer 'security' with signing and 'server_certificate'")
 

@@ -138,10 +138,10 @@ class Sources:
     def _found(self) -> Iterator[tuple[str, str]]:
         for pattern in self._files:
             before, wildcard, after = pattern.text.partition("*")
-            places = sorted(glob(f"{escape(before)}*{escape(after)}")) if wildcard else [pattern.text]
-            for place in places:
-                if (name := pattern.name_in(place)) is not None and not Path(place).is_dir():
-                    yield printable(name), place
+            paths = sorted(glob(f"{escape(before)}*{escape(after)}")) if wildcard else [pattern.text]
+            for path in paths:
+                if (name := pattern.name_in(path)) is not None and not Path(path).is_dir():
+                    yield printable(name), path
 
     def _file(self, path: str, kind: Kind) -> StreamSource:
         needed, is_resumed = kind.file.channels, self._is_resumed

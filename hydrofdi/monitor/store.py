@@ -101,20 +101,20 @@ class StateStore:
         with self._troubles("written"), self._database as database:
             database.execute("begin immediate")
             insert = "insert or replace into machine values (?, ?, ?, ?, ?, ?)"
-            for name, each in machines.items():  # one after the other, as many together need memory
-                body, position = _packed(each.state), json.dumps(dict(each.position))
-                row = name, each.source, each.detector, position, body
+            for name, machine in machines.items():  # one after the other, as many together need memory
+                body, position = _packed(machine.state), json.dumps(dict(machine.position))
+                row = name, machine.source, machine.detector, position, body
                 database.execute(insert, (*row, _checksum(*row)))
             database.execute("delete from log")
             database.execute("insert into log values (?)", (json.dumps(dict(log)),))
 
     def _prepare(self, database: sqlite3.Connection) -> None:
         """Make a new database, or check that this one has the same owner."""
-        mark, found, is_new = _APPLICATION[self._owner], list[int](), False
+        mark, marks, is_new = _APPLICATION[self._owner], list[int](), False
         with suppress(sqlite3.DatabaseError):  # another kind of file
-            found = [database.execute(f"pragma {key}").fetchone()[0] for key in _MARKS]
+            marks = [database.execute(f"pragma {key}").fetchone()[0] for key in _MARKS]
             is_new = not database.execute("select count(*) from sqlite_master").fetchone()[0]
-        if not is_new and found != [mark, VERSION]:
+        if not is_new and marks != [mark, VERSION]:
             what = f"belongs to another version, or is not the state of a {self._owner}"
             raise StoreError(f"{self.path}: {what}, and was not changed; choose another name")
         with self._troubles("read"):
@@ -199,8 +199,8 @@ class WindowLog:
     def position(self) -> Position:
         """Waiting lines, and their place: path and end of the file."""
         file = self._opened()
-        place = place_in(file.fileno(), os.fstat(file.fileno()).st_size)
-        return {"path": str(self.path.resolve()), "waiting": self._waiting.decode(), **place}
+        position = place_in(file.fileno(), os.fstat(file.fileno()).st_size)
+        return {"path": str(self.path.resolve()), "waiting": self._waiting.decode(), **position}
 
     def take(self, text: str) -> None:
         """Let lines of JSON wait."""

@@ -116,7 +116,7 @@ class TopicSource(StreamSource):
 class _Open(NamedTuple):
     """A message that is not acknowledged; without a source, nobody needs it."""
 
-    place: int
+    order: int
     client: Client
     number: int
     source: TopicSource | None
@@ -232,18 +232,18 @@ class Topics(MqttConnection):
         if not is_stalled and n_open <= 3 * self._most_kept // 4:
             return set()
         n_over = n_open if is_stalled or n_open <= self._most_kept else n_open - self._most_kept // 2
-        open_ones = (each.source for each in islice(self._open, n_over) if not _is_done(each))
-        found = [*dict.fromkeys(source for source in open_ones if source is not None)]
-        return {*(found if is_stalled or n_open > self._most_kept else found[: 1 + len(found) // 8])}
+        open_ones = (message.source for message in islice(self._open, n_over) if not _is_done(message))
+        sources = [*dict.fromkeys(source for source in open_ones if source is not None)]
+        return {*(sources if is_stalled or n_open > self._most_kept else sources[: 1 + len(sources) // 8])}
 
     def acknowledge(self) -> None:
         """Acknowledge all that is stored, up to the first message that is not."""
         done = [*takewhile(_is_done, self._open)]
-        for each in done:
+        for message in done:
             self._open.popleft()
-            if each.source is not None:
-                each.source.acknowledged()
-            each.client.ack(each.number, 1)
+            if message.source is not None:
+                message.source.acknowledged()
+            message.client.ack(message.number, 1)
 
     def _source(self, topic: str, source_of: SourceOf) -> TopicSource | None:
         name = next(filter(None, (pattern.name_in(topic) for pattern in self._patterns)), None)
@@ -254,4 +254,4 @@ class Topics(MqttConnection):
 
 
 def _is_done(message: _Open) -> bool:
-    return message.source is None or message.source.stored >= message.place
+    return message.source is None or message.source.stored >= message.order

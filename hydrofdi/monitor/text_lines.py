@@ -197,8 +197,8 @@ class TextLines:
             chunks = self._chunks(lines)
         else:
             for fits, some in groupby(lines, self._fits):
-                reason = f"is longer than {counted(self._largest, 'byte')}"
-                chunks += self._chunks([*some]) if fits else [self._csv.lost(line, reason) for line in some]
+                own, reason = list(some), f"is longer than {counted(self._largest, 'byte')}"
+                chunks += self._chunks(own) if fits else [self._csv.lost(line, reason) for line in own]
         return joined(chunks) if chunks else None
 
     def _require_text(self, data: bytes) -> None:

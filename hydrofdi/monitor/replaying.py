@@ -119,7 +119,7 @@ def _text_sender(form: str | None, stream: TextIO) -> Send:
 
 @contextmanager
 def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterator[Send]:
-    from hydrofdi.monitor.connections import needing_extra
+    from hydrofdi.monitor.sources import needing_extra
 
     with needing_extra():
         from hydrofdi.monitor.mqtt import Publisher, payload_of

@@ -12,11 +12,10 @@ from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.physics import control
 from hydrofdi.physics.valve import acting_voltage
-from hydrofdi.simulation import inputs
+from hydrofdi.simulation import hydraulics, inputs, kernel
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import ROWS, leakage_signal, oil_temperatures, outcome_of
-from hydrofdi.simulation.kernels import hydraulics, kernel
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, ModelOptions, pack_singles
+from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, STATES, ModelOptions, pack_singles
 
 Solver = Literal["lsoda", "radau"]
 

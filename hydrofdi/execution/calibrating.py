@@ -13,7 +13,7 @@ from hydrofdi.engine import Engine, TaskFailure, run_halving
 from hydrofdi.errors import ConfigError, HydrofdiError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
-from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.units import convert
 
 MOST_TRIALS = 30

@@ -28,10 +28,10 @@ from hydrofdi.quality.measures import (
     pressure_features,
 )
 from hydrofdi.records import RecordBatch
-from hydrofdi.sensing import Measurement
 from hydrofdi.simulation.balances import Outcome, Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import WIDTH, positions_by
+from hydrofdi.simulation.lanes import WIDTH, positions_by
+from hydrofdi.simulation.sensing import Measurement
 from hydrofdi.store.experiment_data import gathered
 from hydrofdi.store.folder import Failure, write_failure, write_log
 from hydrofdi.store.layout import names

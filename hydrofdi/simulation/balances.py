@@ -17,7 +17,7 @@ from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.compilation.symbols import each, local, when
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.cylinder import end_stop_force
-from hydrofdi.simulation.kernels.hydraulics import (
+from hydrofdi.simulation.hydraulics import (
     LaneParameters,
     State,
     bulk_modulus_at,
@@ -28,7 +28,7 @@ from hydrofdi.simulation.kernels.hydraulics import (
     position_in_cylinder,
     support_velocity,
 )
-from hydrofdi.simulation.kernels.lanes import HIDDEN, ModelOptions, pack_singles, positions_by
+from hydrofdi.simulation.lanes import HIDDEN, ModelOptions, pack_singles, positions_by
 
 Signal = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.config.sections.machine import ActuatorConfig
 from hydrofdi.simulation.balances import Outcome, Signal, Trajectory
+from hydrofdi.simulation.hydraulics import lane_parameters, leakage_of
 from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap, steps_per_control
-from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
-from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import (
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import (
     HIDDEN,
     N_PAPER_SAMPLED,
     SAMPLED,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import largest_leakage_flows, no_load_flow
-from hydrofdi.simulation.kernels.lanes import positions_by
+from hydrofdi.simulation.lanes import positions_by
 
 RELATIVE_TOLERANCE = 1e-10
 """Relative tolerance of K_i, by which a jump of the flow is told from a root. Solutions are closer."""

@@ -16,8 +16,8 @@ from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.config.sections.machine import LoadConfig
 from hydrofdi.physics.valve import control_flow
 from hydrofdi.simulation.balances import Trajectory
-from hydrofdi.simulation.kernels.kernel import advance_spools
-from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, positions_by
+from hydrofdi.simulation.kernel import advance_spools
+from hydrofdi.simulation.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, positions_by
 
 _spool_of = attrgetter(*SPOOL_PARAMETERS.values())
 

@@ -9,9 +9,9 @@ from scipy import signal as scipy_signal
 from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.config.request import SENSING
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.sensing import CHANNELS, CLOCK, Clocks, random_generator, sampling_instants
 from hydrofdi.simulation import batch
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.sensing import CHANNELS, CLOCK, Clocks, random_generator, sampling_instants
 from hydrofdi.transforms.wavelet import detail_rms
 from tests import machines
 from tests.machines import RIG, settings_of

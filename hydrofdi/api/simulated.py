@@ -20,8 +20,8 @@ from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 from hydrofdi.simulation.balances import Outcome
+from hydrofdi.simulation.batch import measured_batch
 from hydrofdi.simulation.lanes import WIDTH
-from hydrofdi.simulation.sensing import measured_batch
 from hydrofdi.store import records
 
 _log = logging.getLogger(__name__)

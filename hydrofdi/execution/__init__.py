@@ -2,7 +2,6 @@
 
 from hydrofdi.engine import Engine, InProcessEngine, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
 from hydrofdi.execution.compute import (
     Batch,
     Job,
@@ -13,6 +12,7 @@ from hydrofdi.execution.compute import (
     split_jobs,
 )
 from hydrofdi.settings.messages import nearest
+from hydrofdi.simulation.calibration import leakage_coefficients, unsolved_conditions
 
 __all__ = [
     "Batch",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from hydrofdi.physics.leakage import external_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position
 from hydrofdi.transforms import undecimated
 from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import CoefficientRms, n_phase, root_mean_square
+from hydrofdi.transforms.wavelet import n_phase, root_mean_square
 
 if TYPE_CHECKING:
     from hydrofdi.simulation.balances import Trajectory
@@ -193,7 +193,7 @@ def _median_size(signal: Any) -> np.float64:
 
 
 def pressure_features(
-    runs: Sequence[RunParameters], analyses: Sequence[Analysis], pressure: Array, settled_from: Array
+    runs: Sequence[RunParameters], analysis: Analysis, pressure: Array, settled_from: Array
 ) -> dict[str, Array]:
     """What is measured of chamber-1 pressures with the knowledge of when they settled.
 
@@ -205,8 +205,8 @@ def pressure_features(
     ----------
     runs : sequence of RunParameters, length n_run
         All with the same duration and sampling frequency.
-    analyses : sequence of Analysis, length n_run
-        All with the same number of levels, and phases measured.
+    analysis : Analysis
+        What is left out, and the wavelet.
     pressure : ndarray, shape (n_run, n_time)
         As the sensor shows it [Pa].
     settled_from : ndarray, shape (n_run,)
@@ -219,69 +219,44 @@ def pressure_features(
         (n_run, n_level); where ``wavelet.phase`` is ``all`` also ``settled_phase_detail_rms``
         (n_run, n_phase, n_level). All in Pa; settled ones are NaN for periodic records that have not settled.
     """
-    n_run, wavelet = len(runs), analyses[0].wavelet
-    by_level = np.full((2, n_run, wavelet.levels), np.nan)
-    names = ("mean_chamber_1_pressure", "settled_detail_rms", "settled_approximation_rms")
-    features = dict(zip(names, (np.empty(n_run), *by_level), strict=True))
+    n_run, wavelet, n_sample = len(runs), analysis.wavelet, pressure.shape[1]
+    shapes = {"settled_detail_rms": (wavelet.levels,), "settled_approximation_rms": (wavelet.levels,)}
     if wavelet.phase == "all":
-        shape = (n_run, n_phase(wavelet.levels), wavelet.levels)
-        features["settled_phase_detail_rms"] = np.full(shape, np.nan)
-    for analysis, start, is_circular, members in _windows(runs, analyses, settled_from):
-        records = pressure[members]
-        part = {"mean_chamber_1_pressure": np.mean(records[:, analysis.n_discarded :], axis=1)}
-        if start < pressure.shape[1]:
-            settled, first = records[:, start:], start - analysis.n_discarded
-            part |= _settled(analysis.wavelet, settled, first, is_circular)
-        for name, values in part.items():
-            features[name][members] = values
-    return features
+        shapes["settled_phase_detail_rms"] = (n_phase(wavelet.levels), wavelet.levels)
+    features = {name: np.full((n_run, *shape), np.nan) for name, shape in shapes.items()}
+    windows: dict[tuple[int, bool], list[int]] = {}
+    for row, (run, settled) in enumerate(zip(runs, settled_from.tolist(), strict=True)):
+        n_period, start = samples_per_period(run), analysis.n_discarded
+        if n_period is not None:
+            # Whole periods, counted from the end of the record, of which there are two at least.
+            first = n_sample if math.isnan(settled) else round(settled * run.record.sampling_frequency)
+            n_whole = (n_sample - max(first, start)) // n_period
+            start = n_sample - n_whole * n_period if n_whole > 1 else n_sample
+        windows.setdefault((start, n_period is not None), []).append(row)
+    for (start, is_circular), rows in windows.items():
+        if start < n_sample:
+            part = _settled(wavelet, pressure[rows, start:], start - analysis.n_discarded, is_circular)
+            for name, values in part.items():
+                features[name][rows] = values
+    return {"mean_chamber_1_pressure": np.mean(pressure[:, analysis.n_discarded :], axis=1)} | features
 
 
 def _settled(
     wavelet: WaveletConfig, records: Array, first_sample: int, is_circular: bool
 ) -> dict[str, Array]:
-    rms = undecimated.undecimated_rms(records, wavelet) if is_circular else _inner_rms(records, wavelet)
-    features = {"settled_detail_rms": rms.detail, "settled_approximation_rms": rms.approximation}
-    if wavelet.phase == "all":
-        features["settled_phase_detail_rms"] = _phases(records, wavelet, first_sample, is_circular)
-    return features
-
-
-def _windows(
-    runs: Sequence[RunParameters], analyses: Sequence[Analysis], settled_from: Array
-) -> Iterator[tuple[Analysis, int, bool, list[int]]]:
-    """Analysis, first settled sample, whether the record from there on is a circle, and the runs of which
-    this is so.
-
-    Runs that come together are analysed alike; a record that has not settled has no settled sample.
-    """
-    groups: dict[object, tuple[Analysis, int, bool, list[int]]] = {}
-    for position, (run, analysis) in enumerate(zip(runs, analyses, strict=True)):
-        n_period, start = samples_per_period(run), analysis.n_discarded
-        if n_period is not None:
-            n_sample, settled = run.record.n_sample, float(settled_from[position])
-            # Whole periods, counted from the end of the record, of which there are two at least.
-            first = n_sample if math.isnan(settled) else round(settled * run.record.sampling_frequency)
-            n_whole = (n_sample - max(first, start)) // n_period
-            start = n_sample - n_whole * n_period if n_whole > 1 else n_sample
-        key = analysis, start, n_period is not None
-        groups.setdefault(key, (*key, []))[3].append(position)
-    yield from groups.values()
-
-
-def _inner_rms(records: Array, wavelet: WaveletConfig) -> CoefficientRms:
-    inside = slice(undecimated.boundary_length(wavelet), None)
-    detail, approximation = (
-        root_mean_square(coefficients[..., inside])
-        for coefficients in undecimated.undecimated_coefficients(records, wavelet)
-    )
-    return CoefficientRms(detail, approximation)
-
-
-def _phases(records: Array, wavelet: WaveletConfig, first_sample: int, is_circular: bool) -> Array:
     outside = 0 if is_circular else undecimated.boundary_length(wavelet)
-    details, _ = undecimated.undecimated_coefficients(records, wavelet)
-    return undecimated.phase_detail_rms(details[..., outside:], first_sample + outside)
+    if is_circular:
+        rms = undecimated.undecimated_rms(records, wavelet)
+        features = {"settled_detail_rms": rms.detail, "settled_approximation_rms": rms.approximation}
+    else:
+        parts = undecimated.undecimated_coefficients(records, wavelet)
+        names = ("settled_detail_rms", "settled_approximation_rms")
+        features = {n: root_mean_square(part[..., outside:]) for n, part in zip(names, parts, strict=True)}
+    if wavelet.phase == "all":
+        details, _ = undecimated.undecimated_coefficients(records, wavelet)
+        phases = undecimated.phase_detail_rms(details[..., outside:], first_sample + outside)
+        features["settled_phase_detail_rms"] = phases
+    return features
 
 
 def mean_external_leakage_flows(

@@ -126,8 +126,7 @@ class Trajectory:
         return mean
 
 
-@dataclass(frozen=True)
-class BalanceResiduals:
+class BalanceResiduals(NamedTuple):
     """Relative residuals of the volume and energy balances, each of shape (n_run,).
 
     Attributes

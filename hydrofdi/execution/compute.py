@@ -20,13 +20,8 @@ from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, halves, run_ha
 from hydrofdi.errors import Issue
 from hydrofdi.indicators.measuring import Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
-from hydrofdi.quality.doubts import Simulated, assess_runs
-from hydrofdi.quality.measures import (
-    how_records_settle,
-    hydraulic_mode,
-    mean_external_leakage_flows,
-    pressure_features,
-)
+from hydrofdi.quality.doubts import Simulated, assess_runs, how_records_settle, pressure_features
+from hydrofdi.quality.machine import hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.records import RecordBatch
 from hydrofdi.simulation.balances import Outcome, Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch

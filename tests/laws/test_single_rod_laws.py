@@ -17,8 +17,7 @@ from hydrofdi.physics.hydraulic_mode import (
     softest_position,
 )
 from hydrofdi.physics.steady_state import steady_speed
-from hydrofdi.quality.machine import machine_figures
-from hydrofdi.quality.measures import hydraulic_mode
+from hydrofdi.quality.machine import hydraulic_mode, machine_figures
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients

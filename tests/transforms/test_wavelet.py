@@ -11,7 +11,7 @@ from hydrofdi.config.request import RunRequest
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.execution import compute as compute_module
 from hydrofdi.indicators.catalogue.dwt import phase_rms
-from hydrofdi.quality.measures import SETTLED_CHANGE, how_records_settle, pressure_features
+from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle, pressure_features
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms import undecimated
 from hydrofdi.transforms.configuration import WaveletConfig

@@ -260,14 +260,11 @@ class LocalPoolEngine(Engine):
         """Start the server that workers are forked from."""
         for variable in _THREAD_VARIABLES:
             os.environ.setdefault(variable, "1")
-        if "forkserver" in multiprocessing.get_all_start_methods():
-            self._context = multiprocessing.get_context("forkserver")
-            self._context.set_forkserver_preload(["hydrofdi.execution.compute"])
-            resource_tracker.ensure_running()  # lets signals through when it has started
-            with _without_interrupts(), _without_main():
-                forkserver.ensure_running()
-        else:
-            self._context = multiprocessing.get_context("spawn")
+        self._context = multiprocessing.get_context("forkserver")
+        self._context.set_forkserver_preload(["hydrofdi.execution.compute"])
+        resource_tracker.ensure_running()  # lets signals through when it has started
+        with _without_interrupts(), _without_main():
+            forkserver.ensure_running()
         return self
 
     def completed(self) -> Iterator[TaskResult]:

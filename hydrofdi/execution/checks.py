@@ -380,8 +380,8 @@ def plausibility(
     What needs no results is that of all machines, all else that of the simulated runs. ``change`` says what
     to change if some value is outside, and in how many of them if not in all.
     """
-    found = [
-        _row(each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
+    ranges = [
+        (each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
         for each in unusual
     ]
     for quantity in QUANTITIES if runs[0].plant.fmu is None else ():
@@ -396,12 +396,15 @@ def plausibility(
         where = f"in {n_outside} of {of_all}: " if 0 < n_outside < len(own) else ""
         if own:
             usual = quantity.least, quantity.most
-            found.append(_row(quantity.name, quantity.unit, own, usual, where + change))
-    return found
-
-
-def _row(
-    name: str, unit: str, values: Sequence[float], usual: tuple[float, float], change: str
-) -> dict[str, Any]:
-    ends = {"least": min(values), "largest": max(values)}
-    return {"quantity": name, "unit": unit, **ends, "usual": [*usual], "change": change}
+            ranges.append((quantity.name, quantity.unit, own, usual, where + change))
+    return [
+        {
+            "quantity": name,
+            "unit": unit,
+            "least": min(values),
+            "largest": max(values),
+            "usual": [*usual],
+            "change": change,
+        }
+        for name, unit, values, usual, change in ranges
+    ]

@@ -169,7 +169,7 @@ class Batch:
 
     def halves(self) -> list[Batch]:
         """Two batches of half the jobs each; none of a single job."""
-        return [replace(self, jobs=part) for part in halves(self.jobs)]
+        return [replace(self, jobs=tuple(part)) for part in halves(self.jobs)]
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,8 @@ def pressure_features(
         (n_run, n_phase, n_level). All in Pa; settled ones are NaN for periodic records that have not settled.
     """
     n_run, wavelet, n_sample = len(runs), analysis.wavelet, pressure.shape[1]
-    shapes = {"settled_detail_rms": (wavelet.levels,), "settled_approximation_rms": (wavelet.levels,)}
+    names = "settled_detail_rms", "settled_approximation_rms"
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(names, (wavelet.levels,))
     if wavelet.phase == "all":
         shapes["settled_phase_detail_rms"] = (n_phase(wavelet.levels), wavelet.levels)
     features = {name: np.full((n_run, *shape), np.nan) for name, shape in shapes.items()}

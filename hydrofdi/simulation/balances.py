@@ -285,7 +285,7 @@ def integrate_balances(
     # Trapezoidal rule: half the interval times the sum of its ends.
     half = 0.5 * interval
     state_before, rates_before, held = local(len(State._fields)), local(len(AccountRates._fields)), local(1)
-    *stored, spool_position, load = range(len(_ACCOUNTED))
+    *states, spool_position, load = range(len(_ACCOUNTED))
     for run in each(signals.shape[1]):
         total = totals[run]
         for k in each(signals.shape[2]):
@@ -294,7 +294,7 @@ def integrate_balances(
                 hidden[run, index, k] if getattr(options, option) else 0.0
                 for index, option in enumerate(HIDDEN.values())
             ]
-            z = State(*(signals[index, run, k] for index in stored), *hides)
+            z = State(*(signals[index, run, k] for index in states), *hides)
             after = account_rates(z, signals[spool_position, run, k], p, options)
             holds = held_energy(z, p, options)
             y = State(*map(state_before.__getitem__, range(len(z))))

@@ -203,8 +203,9 @@ class _Block:
     def signal(self, chunk: Chunk, states: NDArray[np.float64], name: str) -> NDArray[np.float64]:
         """A signal at the steps of a chunk, by its name in a trajectory: shape (n_step, WIDTH)."""
         if name in _OPTION_OF and not getattr(self.options, _OPTION_OF[name]):
-            value = {"valve_supply_pressure": self._rated_supply, "reference_position": np.nan}.get(name, 0.0)
-            return np.broadcast_to(value, (len(states), WIDTH))
+            if name == "valve_supply_pressure":
+                return np.broadcast_to(self._rated_supply, (len(states), WIDTH))
+            return np.full((len(states), WIDTH), np.nan if name == "reference_position" else 0.0)
         if name == "load_force":
             return chunk.loads[:, self._load_of_lane]
         if name == "reference_position":

@@ -26,7 +26,7 @@ from hydrofdi.records import RecordBatch
 from hydrofdi.simulation.balances import Outcome, Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import unreachable_sentence
-from hydrofdi.simulation.lanes import WIDTH, positions_by
+from hydrofdi.simulation.lanes import WIDTH, indices, positions_by
 from hydrofdi.simulation.sensing import Measurement
 from hydrofdi.store.experiment_data import gathered
 from hydrofdi.store.folder import Failure, write_failure, write_log
@@ -194,15 +194,14 @@ def compute_shard(batch: Batch) -> BatchReceipt:
 
 def _columns(batch: Batch, keeps_signals: bool, seconds: Seconds) -> Columns:
     """Variables of a batch; one that keeps no signals is computed in parts that fit the cache."""
-    compute = measure_stored if batch.is_stored else compute_columns
     n_job = len(batch.jobs)
     if keeps_signals:
-        return compute(batch.jobs, seconds=seconds)
+        return compute_columns(batch.jobs, seconds=seconds)
     columns: Columns = {}
     at_once = _most_jobs(batch.jobs[0].parameters.record.n_sample, _MOST_SAMPLES)
     for first in range(0, n_job, at_once):
         rows = range(n_job)[first : first + at_once]
-        part = compute(batch.jobs[first : first + at_once], seconds=seconds)
+        part = compute_columns(batch.jobs[first : first + at_once], seconds=seconds)
         numbers = {name: values for name, values in part.items() if name not in (*names.SIGNALS, names.TIME)}
         insert(columns, list(rows), n_job, numbers)
     return columns
@@ -211,19 +210,18 @@ def _columns(batch: Batch, keeps_signals: bool, seconds: Seconds) -> Columns:
 def compute_columns(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> Columns:
     """All variables of a shard, one row per job, and the time axis; shared records are simulated once.
 
-    CPU times [s] of their indicators are added to `seconds` by label.
+    If the records are stored, nothing is simulated and signals are left out. CPU times [s] of the indicators
+    are added to `seconds` by label.
     """
-    recorded, record_of_job = _distinct_records(jobs)
-    records = _simulated(recorded)
-    if len(recorded) < len(jobs):
-        records = {
-            name: values if name == names.TIME else values[record_of_job] for name, values in records.items()
-        }
-    return records | _identities(jobs) | measured_columns(jobs, records, seconds)
+    records = _simulated(jobs) if jobs[0].stored is None else _stored(jobs)
+    identities = {
+        names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
+        names.RECORD_ID: np.array([job.record_id for job in jobs], dtype=object),
+    }
+    return records | identities | measured_columns(jobs, records, seconds)
 
 
-def measure_stored(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> Columns:
-    """The same of jobs whose records are stored, signals left out; nothing is simulated."""
+def _stored(jobs: Sequence[Job]) -> Columns:
     wanted = set().union(*(needed_signals(job.analysis.indicators) for job in jobs))
     variables = [
         each
@@ -231,24 +229,19 @@ def measure_stored(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> Co
         if (each.name in wanted if each.is_signal else each.name not in names.FEATURES)
     ]
     sizes = {names.TIME: jobs[0].parameters.record.n_sample}
-    records = gathered([job.stored for job in jobs], variables, sizes)
-    return records | _identities(jobs) | measured_columns(jobs, records, seconds)
+    return gathered([job.stored for job in jobs], variables, sizes)
 
 
-def _identities(jobs: Sequence[Job]) -> Columns:
-    return {
-        names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
-        names.RECORD_ID: np.array([job.record_id for job in jobs], dtype=object),
-    }
-
-
-def _distinct_records(jobs: Sequence[Job]) -> tuple[list[Job], list[int]]:
-    """One job for each record that has to be simulated, and the place of each job's record among them."""
+def _simulated(jobs: Sequence[Job]) -> Columns:
+    """Records of jobs; those that differ in their analysis alone share one."""
     if analysed_alike(jobs):
-        return list(jobs), list(range(len(jobs)))
+        return _recorded(jobs)
     places = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
-    record_of_job = {row: record for record, rows in enumerate(places.values()) for row in rows}
-    return [jobs[rows[0]] for rows in places.values()], [record_of_job[row] for row in range(len(jobs))]
+    records, record_of_job = (
+        _recorded([jobs[rows[0]] for rows in places.values()]),
+        indices(places, len(jobs)),
+    )
+    return {name: v if name == names.TIME else v[record_of_job] for name, v in records.items()}
 
 
 def analysed_alike(jobs: Sequence[Job]) -> bool:
@@ -256,7 +249,7 @@ def analysed_alike(jobs: Sequence[Job]) -> bool:
     return all(job.analysis == jobs[0].analysis for job in jobs)
 
 
-def _simulated(jobs: Sequence[Job]) -> Columns:
+def _recorded(jobs: Sequence[Job]) -> Columns:
     """Records: what the sensors show, and what is known of the plant itself."""
     parameters = [job.parameters for job in jobs]
     coefficients = np.array([job.leakage_coefficient for job in jobs], dtype=float)

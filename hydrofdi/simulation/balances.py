@@ -7,7 +7,7 @@ contain the errors of simulation and sampling. If every step is sampled, only th
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -97,17 +97,10 @@ class Trajectory:
     outcomes: tuple[Outcome, ...]
     oil_temperature: Signal | None = None
 
-    def rows(self, positions: Sequence[int]) -> Trajectory:
-        """Runs at some positions, in the given order."""
-        index = np.asarray(positions)
-        names = (field.name for field in fields(self) if field.name not in ("time", "outcomes"))
-        signals: dict[str, Any] = {name: signal[index] for name, signal in self.signals(names).items()}
-        return replace(self, **signals, outcomes=tuple(self.outcomes[k] for k in positions))
-
     def signals(self, names: Iterable[str]) -> dict[str, Signal]:
         """Signals by their names, without the oil temperature if there is none."""
-        found = {name: getattr(self, name) for name in names}
-        return {name: signal for name, signal in found.items() if signal is not None}
+        own = {name: getattr(self, name) for name in names}
+        return {name: signal for name, signal in own.items() if signal is not None}
 
     @property
     def line_1_pressure(self) -> Signal:

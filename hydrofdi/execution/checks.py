@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import chain, islice
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,17 +19,13 @@ from hydrofdi.detectors.run_lengths import time_needed
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
-from hydrofdi.quality.machine import Distinct, at_speed, long_steps, natural_frequency
+from hydrofdi.quality.machine import Distinct, at_speed, is_near_band_edge, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
-from hydrofdi.transforms.wavelet import level_bands
-
-NEAR_BAND_EDGE = 0.25
-"""A mode within so many octaves of a band's edge may answer in either level."""
 
 MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""
@@ -62,13 +58,11 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
     for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
-        frequency = natural_frequency(run) if run.plant.fmu is None else math.nan
-        edges = chain.from_iterable(level_bands(run.record.sampling_frequency, run.wavelet.levels))
-        if frequency > 0.0 and min(abs(math.log2(frequency / each)) for each in edges) < NEAR_BAND_EDGE:
+        if run.plant.fmu is None and is_near_band_edge(run):
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
             yield (
-                f"Two wavelet levels share the natural frequency, {frequency:.1f} Hz at EBM {modulus}, so"
-                " their values depend strongly on the oil. Another record.sampling_frequency moves the"
+                f"Two wavelet levels share the natural frequency, {natural_frequency(run):.1f} Hz at EBM"
+                f" {modulus}, so their values depend strongly on the oil. Another record.sampling_frequency moves the"
                 " levels; other indicators are not affected"
             )
             return

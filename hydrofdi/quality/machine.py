@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ from hydrofdi.physics.steady_state import pressure_gain, rest_pressures, steady_
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position, worn_opening
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.inputs import largest_opening, largest_travel, no_load_speed
+from hydrofdi.transforms.wavelet import level_bands
 
 Distinct = Callable[..., Iterable[RunRequest]]
 """Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""
@@ -100,6 +102,17 @@ def natural_frequency(run: RunParameters, position: float = 0.0, modulus: float 
     volumes = actuator.volumes_at(position)
     omega = mode_frequency(beta, actuator.areas, volumes, actuator.mass, actuator.load_stiffness)
     return omega / (2.0 * math.pi)
+
+
+NEAR_BAND_EDGE = 0.25
+"""A mode within so many octaves of a band's edge may answer in either level."""
+
+
+def is_near_band_edge(run: RunRequest) -> bool:
+    """Whether f_h is near the edge of a band of the wavelet transform of a run."""
+    frequency = natural_frequency(run)
+    edges = chain(*level_bands(run.record.sampling_frequency, run.wavelet.levels))
+    return frequency > 0.0 and min(abs(math.log2(frequency / edge)) for edge in edges) < NEAR_BAND_EDGE
 
 
 def _damping_ratio(run: RunParameters, coefficients: Pair) -> float:

@@ -62,8 +62,8 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
             yield (
                 f"Two wavelet levels share the natural frequency, {natural_frequency(run):.1f} Hz at EBM"
-                f" {modulus}, so their values depend strongly on the oil. Another record.sampling_frequency moves the"
-                " levels; other indicators are not affected"
+                f" {modulus}, so their values depend strongly on the oil. Another record.sampling_frequency"
+                " moves the levels; other indicators are not affected"
             )
             return
 

@@ -210,20 +210,16 @@ def _valve_coefficients(parameters: RunParameters, trajectory: Trajectory, run: 
     supply, ret = trajectory.valve_supply_pressure[run], parameters.supply.return_pressure
 
     def edge(feeding: Edge, drop: NDArray[np.float64]) -> float:
-        opening = np.maximum(_median_size(spool) - feeding.lap, 0.0) if feeding.lap else _median_size(spool)
-        return valve_flow_pressure_coefficient(
-            opening, _median_size(drop), feeding.flow_gain, valve.area_gradient
-        )
+        opening = np.maximum(_median_size(spool) - feeding.lap, 0.0)
+        gains = feeding.flow_gain, valve.area_gradient
+        return valve_flow_pressure_coefficient(opening, _median_size(drop), *gains)
 
-    first = edge(
-        edges.supply_1, chamber_1_orifice_drop(spool, trajectory.chamber_1_pressure[run], supply, ret)
-    )
+    pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
+    first = edge(edges.supply_1, chamber_1_orifice_drop(spool, pressure_1, supply, ret))
     if not parameters.actuator.has_unequal_chambers:
         shared = first + 0.5 * sum(edges.clearances) + 0.5 * sum(external)
         return shared, shared
-    second = edge(
-        edges.supply_2, chamber_2_orifice_drop(spool, trajectory.chamber_2_pressure[run], supply, ret)
-    )
+    second = edge(edges.supply_2, chamber_2_orifice_drop(spool, pressure_2, supply, ret))
     return first + edges.clearances[0] + external[0], second + edges.clearances[1] + external[1]
 
 

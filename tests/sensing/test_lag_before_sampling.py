@@ -8,7 +8,8 @@ from scipy import signal as scipy_signal
 
 from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.config.request import SENSING
-from hydrofdi.execution import Job, compute, compute_columns
+from hydrofdi.execution import compute
+from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.simulation import batch
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.sensing import CHANNELS, CLOCK, Clocks, random_generator, sampling_instants

@@ -13,14 +13,14 @@ from typing import Any
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.sections.plant import absent_signals
-from hydrofdi.engine import limited
+from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import Issue
-from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 from hydrofdi.simulation.balances import Outcome
 from hydrofdi.simulation.batch import measured_batch
+from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import records
 

@@ -17,7 +17,7 @@ LAYERS = [
     {"api"},
     {"execution"},
     {"papers"},
-    {"monitor", "report", "studies", "quality", "sensing", "store", "simulation"},
+    {"monitor", "report", "studies", "quality", "store", "simulation"},
     {"config"},
     {"detectors", "diagnosis"},
     {"indicators"},
@@ -33,7 +33,7 @@ LAYERS = [
 
 SIDEWAYS = {
     ("report", "store"), ("report", "quality"), ("report", "studies"), ("studies", "store"),
-    ("quality", "simulation"), ("sensing", "simulation"), ("monitor", "store"),
+    ("quality", "simulation"), ("monitor", "store"),
 }  # fmt: skip
 """Imports within a layer."""
 

@@ -13,8 +13,7 @@ from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
 from hydrofdi.api.measuring import Counted, Indicators, indicators_of
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors.rules import Rules
-from hydrofdi.detectors.scores.configuration import load_scores
+from hydrofdi.detectors.rules import Rules, load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels

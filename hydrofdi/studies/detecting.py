@@ -6,8 +6,7 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.detectors.rules import Rules
-from hydrofdi.detectors.scores.configuration import CHANGE
+from hydrofdi.detectors.rules import CHANGE, Rules
 from hydrofdi.detectors.trained.configuration import stated_indicators
 from hydrofdi.evaluation.rates import confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.scores import Kind

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.runs import study_roles
 from hydrofdi.config.study import DetectionConfig, StudyTable
-from hydrofdi.detectors.rules import make_score, score_kind
-from hydrofdi.detectors.scores.configuration import CHANGE, ScoreConfig, belongs, combined_numbers
+from hydrofdi.detectors.rules import CHANGE, ScoreConfig, belongs, combined_numbers, make_score, score_kind
 from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores, has_extra, known_numbers
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Kind

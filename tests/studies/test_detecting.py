@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from hydrofdi.detectors.rules import Rules
-from hydrofdi.detectors.scores.configuration import ScoreConfig
+from hydrofdi.detectors.rules import Rules, ScoreConfig
 from hydrofdi.evaluation.pod import Tally, interpolated_level
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold

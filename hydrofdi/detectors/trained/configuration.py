@@ -10,12 +10,17 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError
 
-from hydrofdi.detectors.rules import ChartConfig, Promise, chart_kind, make_chart, make_score, score_kind
-from hydrofdi.detectors.scores.configuration import (
+from hydrofdi.detectors.rules import (
+    ChartConfig,
+    Promise,
     ScoreConfig,
+    chart_kind,
     combined_numbers,
+    make_chart,
+    make_score,
     normalize_chart,
     normalize_score,
+    score_kind,
 )
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Direction

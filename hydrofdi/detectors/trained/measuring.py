@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.detectors.scores.configuration import OF_ONE
+from hydrofdi.detectors.rules import OF_ONE
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import Output, measure

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.rules import make_score
-from hydrofdi.detectors.scores.configuration import OF_ONE, ScoreConfig
+from hydrofdi.detectors.rules import OF_ONE, ScoreConfig, make_score
 from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,

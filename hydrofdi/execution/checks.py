@@ -15,7 +15,7 @@ from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_value
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
-from hydrofdi.detectors.run_lengths import time_needed
+from hydrofdi.detectors.charts import time_needed
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from hydrofdi.detectors.run_lengths import Delay
+from hydrofdi.detectors.charts import Delay
 from hydrofdi.evaluation.scores import Population
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import severity_unit

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.study import OnlineConfig, WatchedChart
-from hydrofdi.detectors.charts import Chart
+from hydrofdi.detectors.charts import AlarmLimit, Chart, FalseAlarms, delays
 from hydrofdi.detectors.rules import Rules, make_chart
-from hydrofdi.detectors.run_lengths import AlarmLimit, FalseAlarms, delays
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.charts import AlarmLimit, Delay, time_needed
 from hydrofdi.detectors.rules import Rules, ScoreConfig
-from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, time_needed
 from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve
 from hydrofdi.evaluation.rates import HealthyPair, Rate
 from hydrofdi.evaluation.roc import Area

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
+from hydrofdi.detectors.charts import delays
 from hydrofdi.detectors.rules import Rules, make_chart
-from hydrofdi.detectors.run_lengths import delays
 from hydrofdi.evaluation.pod import Tally, interpolated_level, lack_of_fit, probability_of_detection
 from hydrofdi.evaluation.roc import Area, area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population, comparable

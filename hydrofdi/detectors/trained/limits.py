@@ -14,8 +14,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.detectors.charts import FalseAlarms
 from hydrofdi.detectors.rules import make_chart
-from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.detectors.trained.configuration import TimedChart
 from hydrofdi.detectors.trained.file import ChartLimit, Fleet, Limits, Scale, TrainedScore

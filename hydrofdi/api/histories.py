@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
-from hydrofdi.detectors.trained.measuring import TEMPERATURE
+from hydrofdi.detectors.trained.verdicts import TEMPERATURE
 from hydrofdi.diagnosis.trends import History, instant_text
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST

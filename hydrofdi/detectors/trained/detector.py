@@ -25,9 +25,15 @@ from hydrofdi.detectors.trained.lines import (
     noted,
     summed_up,
 )
-from hydrofdi.detectors.trained.measuring import measured_windows, records_of
 from hydrofdi.detectors.trained.promise import consequence
-from hydrofdi.detectors.trained.verdicts import Verdict, findings, standardised, verdict_of
+from hydrofdi.detectors.trained.verdicts import (
+    Verdict,
+    findings,
+    measured_windows,
+    records_of,
+    standardised,
+    verdict_of,
+)
 from hydrofdi.records.joining import Joining
 from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, State, Window
 

@@ -13,9 +13,8 @@ import numpy as np
 from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import WindowLine
-from hydrofdi.detectors.trained.measuring import Leak, without_scale
 from hydrofdi.detectors.trained.promise import Consequence, consequence
-from hydrofdi.detectors.trained.verdicts import Verdict
+from hydrofdi.detectors.trained.verdicts import Leak, Verdict, without_scale
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.roc import FEWEST_GROUPS

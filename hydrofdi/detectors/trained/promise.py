@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.detectors.trained.file import LIKE, DetectorFile
-from hydrofdi.detectors.trained.measuring import Leak
-from hydrofdi.detectors.trained.verdicts import coverage
+from hydrofdi.detectors.trained.verdicts import Leak, coverage
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants

@@ -11,14 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
-from hydrofdi.detectors.trained.measuring import (
+from hydrofdi.detectors.trained.verdicts import (
     TEMPERATURE,
     Measured,
+    channel_facts,
     measured_windows,
     records_of,
+    widened,
     without_scale,
 )
-from hydrofdi.detectors.trained.verdicts import channel_facts, widened
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.indicators.measuring import spool_remedy

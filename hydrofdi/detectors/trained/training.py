@@ -29,9 +29,8 @@ from hydrofdi.detectors.trained.limits import (
     scale_of,
     with_allowance,
 )
-from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.detectors.trained.scoring import HealthyScores
-from hydrofdi.detectors.trained.verdicts import learned_range, standardised
+from hydrofdi.detectors.trained.verdicts import TEMPERATURE, learned_range, standardised
 from hydrofdi.errors import DataError, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import WindowOptions

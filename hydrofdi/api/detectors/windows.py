@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.sources import Described, held, records_of
-from hydrofdi.detectors.trained.detector import Detector
+from hydrofdi.detectors.trained.detector import Detector, JudgedWindow, Tally
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.judged import JudgedWindow, Tally
 from hydrofdi.detectors.trained.lines import line_record
 from hydrofdi.errors import DataError
 from hydrofdi.records.columns import RejectionError

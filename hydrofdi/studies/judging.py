@@ -23,8 +23,17 @@ from hydrofdi.evaluation.rates import (
 )
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, suspicion
 from hydrofdi.evaluation.threshold import Threshold, records_needed
-from hydrofdi.studies.parts import Notes, Part, TestedLevels, part, quantile_name
-from hydrofdi.studies.records import Judgement, Level, Scored, StudyRecords
+from hydrofdi.studies.records import (
+    Judgement,
+    Level,
+    Notes,
+    Part,
+    Scored,
+    StudyRecords,
+    TestedLevels,
+    part,
+    quantile_name,
+)
 
 Reference = tuple[Part, Array | None, Callable[[Array], Array]]
 

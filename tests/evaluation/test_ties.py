@@ -18,8 +18,7 @@ from hydrofdi.evaluation.threshold import quantile_threshold, records_needed
 from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval
 from hydrofdi.report.responses import fifths, rank_correlation
 from hydrofdi.studies.judging import detectability
-from hydrofdi.studies.parts import Notes, Part
-from hydrofdi.studies.records import Judgement, Level, Scored, ranked
+from hydrofdi.studies.records import Judgement, Level, Notes, Part, Scored, ranked
 from tests.evaluation.test_pod import hits
 
 

@@ -19,8 +19,7 @@ from hydrofdi.report.document import Block
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import STATUS
-from hydrofdi.studies.parts import Nuisance, nuisances_of
-from hydrofdi.studies.records import Detection
+from hydrofdi.studies.records import Detection, Nuisance, nuisances_of
 from hydrofdi.tables.table import Table, group_breaks, numbers
 
 _KINDS = {

@@ -27,8 +27,7 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.measured import measured_study, require_labels
-from hydrofdi.studies.reading import made_scores
+from hydrofdi.studies.reading import made_scores, measured_study, require_labels
 from hydrofdi.studies.reading import usual_scores as usual_of
 from hydrofdi.studies.records import Detection
 from hydrofdi.tables.table import Table

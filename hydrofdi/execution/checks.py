@@ -210,7 +210,7 @@ def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterat
 
 def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Indicators that charts watch, each with the instants of its trace [s]."""
-    from hydrofdi.studies.charts import watched_instants  # only a study loads its rooms
+    from hydrofdi.studies.detecting import watched_instants  # only a study loads its rooms
 
     online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
     charts = online.charts.values() if online else ()

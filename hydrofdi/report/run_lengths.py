@@ -11,8 +11,8 @@ from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.document import Block
 from hydrofdi.report.wording import joined
+from hydrofdi.studies.detecting import REFERENCE_PRESSURE, Estimates
 from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
-from hydrofdi.studies.truth import REFERENCE_PRESSURE, Estimates
 from hydrofdi.tables.table import Table, finite, group_breaks
 from hydrofdi.units import convert
 

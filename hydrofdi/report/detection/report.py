@@ -19,11 +19,9 @@ from hydrofdi.report.run_lengths import estimates_block
 from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import STATUS
-from hydrofdi.studies.charts import judge_charts
-from hydrofdi.studies.detecting import judge_study, winner
+from hydrofdi.studies.detecting import Estimates, judge_charts, judge_estimates, judge_study, winner
 from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.studies.records import Detection
-from hydrofdi.studies.truth import Estimates, judge_estimates
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 

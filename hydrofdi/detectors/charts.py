@@ -19,7 +19,7 @@ from pydantic import Field
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Array, Direction, comparable, share_between_0_and_1
 from hydrofdi.settings.quantities import SI, Section
 

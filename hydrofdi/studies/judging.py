@@ -12,12 +12,19 @@ import numpy as np
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation import pod, roc
+from hydrofdi.evaluation import pod
 from hydrofdi.evaluation.rates import (
+    FEWEST_GROUPS,
+    MANY_GROUPS,
+    Area,
     HealthyPair,
     Rate,
     alarm_rate,
+    area_under_curve,
+    clustered_area,
+    grouped_area,
     healthy_against_healthy,
+    learned_direction,
     left_out_outcomes,
     simultaneous_confidence,
 )
@@ -108,20 +115,20 @@ class _Case:
     def part(self, populations: Collection[Population]) -> Part:
         return part(self.records, self.scored, populations)
 
-    def area(self, faulty: Part, reference: Reference) -> roc.Area | None:
+    def area(self, faulty: Part, reference: Reference) -> Area | None:
         """Area under the ROC curve against the healthy records; over groups if there are enough of them."""
         healthy, below, of = reference
         if below is None or not faulty.scores.size:
             return None
-        state: Callable[..., roc.Area] = roc.area_under_curve
+        state: Callable[..., Area] = area_under_curve
         if healthy.groups is not None and faulty.groups is not None:
             n_group = len({*healthy.groups, *faulty.groups})
-            if n_group >= roc.FEWEST_GROUPS:
-                over_groups = roc.clustered_area if n_group >= roc.MANY_GROUPS else roc.grouped_area
+            if n_group >= FEWEST_GROUPS:
+                over_groups = clustered_area if n_group >= MANY_GROUPS else grouped_area
                 state = partial(over_groups, healthy_groups=healthy.groups, faulty_groups=faulty.groups)
             else:
                 self.notes.remarks.append(
-                    f"fewer than {roc.FEWEST_GROUPS} groups: intervals of areas assume independent records,"
+                    f"fewer than {FEWEST_GROUPS} groups: intervals of areas assume independent records,"
                     " and are too short"
                 )
         return self.notes.unless_refused(
@@ -135,7 +142,7 @@ class _Case:
         learned = None
         if faulty.size:
             learned = self.notes.unless_refused(
-                lambda: roc.learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
+                lambda: learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
             )
         if learned is None:
             self.notes.remarks.append(

@@ -15,8 +15,7 @@ from hydrofdi.detectors.charts import AlarmLimit, Delay, time_needed
 from hydrofdi.detectors.rules import Rules, ScoreConfig
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve, Tally, last_shown
-from hydrofdi.evaluation.rates import HealthyPair, Rate, alarm_rate, confidence_text
-from hydrofdi.evaluation.roc import Area
+from hydrofdi.evaluation.rates import Area, HealthyPair, Rate, alarm_rate, confidence_text
 from hydrofdi.evaluation.scores import NOTHING, Array, Direction, Kind, Population, comparable
 from hydrofdi.evaluation.sensitivity import EquivalentFault, Response, Spread, relative_spread
 from hydrofdi.evaluation.threshold import Threshold, records_needed

@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from hydrofdi.detectors.charts import delays
 from hydrofdi.detectors.rules import Rules, make_chart
 from hydrofdi.evaluation.pod import Tally, interpolated_level, lack_of_fit, probability_of_detection
-from hydrofdi.evaluation.roc import Area, area_under_curve
+from hydrofdi.evaluation.rates import Area, area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population, comparable
 from hydrofdi.evaluation.threshold import quantile_threshold, records_needed
 from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval

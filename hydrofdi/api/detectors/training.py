@@ -23,7 +23,7 @@ from hydrofdi.detectors.trained import configuration
 from hydrofdi.detectors.trained.file import DetectorFile, Made, load_detector
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.selection import of_machine

@@ -39,8 +39,7 @@ from hydrofdi.detectors.trained.verdicts import (
     without_scale,
 )
 from hydrofdi.errors import Issue
-from hydrofdi.evaluation.rates import Rate, alarm_rate
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.rates import FEWEST_GROUPS, Rate, alarm_rate
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.joining import Joining

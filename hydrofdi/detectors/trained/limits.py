@@ -22,8 +22,7 @@ from hydrofdi.detectors.trained.file import ChartLimit, Fleet, Limits, Scale, Tr
 from hydrofdi.detectors.trained.scoring import HealthyScores
 from hydrofdi.detectors.trained.verdicts import standardised
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.rates import FEWEST_GROUPS, alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.records import Array

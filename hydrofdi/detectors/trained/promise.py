@@ -8,7 +8,7 @@ from typing import Any
 
 from hydrofdi.detectors.trained.file import LIKE, DetectorFile
 from hydrofdi.detectors.trained.verdicts import Leak, coverage
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants
 from hydrofdi.settings.messages import counted

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.roc import RocCurve, roc_curve
+from hydrofdi.evaluation.rates import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
 from hydrofdi.report.figures.detection.populations import score_panels, sensor_marks, with_threshold

@@ -14,10 +14,18 @@ from numpy.typing import NDArray
 from hydrofdi.detectors.charts import AlarmLimit, Delay, time_needed
 from hydrofdi.detectors.rules import Rules, ScoreConfig
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve, Tally, last_shown
+from hydrofdi.evaluation.pod import (
+    DetectableSeverity,
+    EquivalentFault,
+    PodCurve,
+    Response,
+    Spread,
+    Tally,
+    last_shown,
+    relative_spread,
+)
 from hydrofdi.evaluation.rates import Area, HealthyPair, Rate, alarm_rate, confidence_text
 from hydrofdi.evaluation.scores import NOTHING, Array, Direction, Kind, Population, comparable
-from hydrofdi.evaluation.sensitivity import EquivalentFault, Response, Spread, relative_spread
 from hydrofdi.evaluation.threshold import Threshold, records_needed
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.shown_values import shown_value, shown_values
 from hydrofdi.config.study import StudyConfig
+from hydrofdi.evaluation.pod import EquivalentFault, Spread
 from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
-from hydrofdi.evaluation.sensitivity import EquivalentFault, Spread
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block

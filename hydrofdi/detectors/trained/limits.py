@@ -266,7 +266,7 @@ def chart_of(found: HealthyScores, direction: Direction) -> TimedChart | None:
 
 def chart_limit(found: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction) -> ChartLimit:
     """Limit that healthy scores, in time order, reach once within the required time on average."""
-    starts = np.searchsorted(found.record, range(1, len(found.durations)))
+    starts = np.searchsorted(found.record, range(1, len(found.records)))
     lines = np.split(standardised(found.all_scores, healthy, direction), starts)
     groups: list[str] | None = None
     rests_on: Literal["pieces", "records", "groups"] = "pieces"
@@ -300,7 +300,7 @@ def with_allowance(
     """The limits of flows, which contain that of the valve clearances, with an allowance for warmer oil."""
     score = found.config.score
     is_flow = found.feature.described.unit == "m^3/s" and (score is None or score.kind == "either")
-    warmer = _WARMER * float(np.nanmedian(found.clearances))
+    warmer = _WARMER * float(np.nanmedian([each.clearance for each in found.complete]))
     if not is_flow or limits.high is None or limits.low is not None or not warmer > 0.0:
         return limits, trained
     first, *others = (output.clearances[1] * warmer for _, output, _ in found.feature.numbers.values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile, Scale
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.scores import Direction, comparable
-from hydrofdi.indicators import Output, measure
+from hydrofdi.indicators import measure
 from hydrofdi.indicators.faults import OF_LEAKS, doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Window
@@ -122,16 +122,6 @@ def _widened(values: Array, span: float, wider: float) -> tuple[float, float]:
     low, high = float(values.min()), float(values.max())
     margin = wider * (_MARGIN * (high - low) + _OF_SPAN * span)
     return low - margin, high + margin
-
-
-def widened(covered: Ranges, found: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Covered ranges that include the values of another window."""
-    none = (math.inf, -math.inf)
-    return dict(covered) | {
-        name: (min(covered.get(name, none)[0], value), max(covered.get(name, none)[1], value))
-        for name, value in found.items()
-        if math.isfinite(value)
-    }
 
 
 def outside(covered: Ranges, n_window: int, found: Mapping[str, float]) -> Issue | None:
@@ -438,58 +428,39 @@ def measured_windows(
 ) -> list[Measured]:
     """What is measured of valid windows, bit-identical whatever the others are; `fits` as of `doubts_of`."""
     measures, indicators = measure(records, feature.indicators), feature.indicators
-    values, numbers = measures.values, feature.values(measures.values)
+    values, outputs, numbers = measures.values, feature.outputs, feature.values(measures.values)
     doubts = [doubts_of(each, values, f"{label}.", fits) for label, each in indicators.items()]
     clearances = values.get(feature.through_all, numbers[:, 0])
-    stated = {name: values[name] for name, output in feature.outputs.items() if output.is_fit}
-    conditions = temperatures(records) | {name: values[name] for name in estimated_conditions(feature)}
-    found = []
+    stated = {name: values[name] for name, output in outputs.items() if output.is_fit}
+    judged = [*feature.numbers][: 1 if feature.score is None or feature.score.kind in OF_ONE else None]
+    conditions = {name: values[name] for name in outputs if outputs[name].name in _ESTIMATES}
+    conditions = {name: own for name, own in conditions.items() if own.ndim == 1 and name not in judged}
+    if TEMPERATURE in records.channels:
+        conditions = {TEMPERATURE: records[TEMPERATURE].mean(axis=1)} | conditions
+    measured = []
     for row in range(records.n_record):
         obstacle = next(filter(None, (measures.obstacles[label][row] for label in indicators)), None)
-        found.append(
+        own_doubts = tuple(chain.from_iterable(each[row] for each in doubts))
+        # A bulk modulus is unknown, not another one, where no compressibility is visible.
+        unknown = {doubt.where: math.nan for doubt in own_doubts if doubt.kind == "incompressible"}
+        leak = Leak(*(float(values[name][row]) for name in feature.leak)) if feature.leak else None
+        measured.append(
             Measured(
                 numbers[row],
                 Issue(obstacle, kind="no_number") if obstacle else None,
-                tuple(chain.from_iterable(each[row] for each in doubts)),
+                own_doubts,
                 of_row(stated, row),
-                of_row(conditions, row) | _invisible(chain.from_iterable(each[row] for each in doubts)),
+                of_row(conditions, row) | unknown,
                 float(clearances[row]),
-                _leak(feature, values, row),
+                leak if leak and math.isfinite(sum(leak)) else None,
             )
         )
-    return found
-
-
-def _leak(feature: Feature, values: Mapping[str, Array], row: int) -> Leak | None:
-    found = Leak(*(float(values[name][row]) for name in feature.leak)) if feature.leak else None
-    return found if found and math.isfinite(sum(found)) else None
-
-
-def _invisible(doubts: Iterable[Issue]) -> dict[str, float]:
-    """A bulk modulus is unknown, not another one, where no compressibility is visible."""
-    return {each.where: math.nan for each in doubts if each.kind == "incompressible"}
+    return measured
 
 
 def of_row(columns: Mapping[str, Array], row: int) -> dict[str, float]:
     """One value of each column."""
     return {name: float(values[row]) for name, values in columns.items()}
-
-
-def estimated_conditions(feature: Feature) -> dict[str, Output]:
-    """Outputs that describe the condition of the machine and are not judged themselves."""
-    numbers = [*feature.numbers]
-    is_single = feature.score is None or feature.score.kind in OF_ONE
-    judged = numbers[:1] if is_single else numbers
-    return {
-        name: each
-        for name, each in feature.outputs.items()
-        if each.name in _ESTIMATES and not each.dims and name not in judged
-    }
-
-
-def temperatures(records: RecordBatch) -> dict[str, Array]:
-    """Mean oil temperature of each window [K]; nothing if it is not measured."""
-    return {TEMPERATURE: records[TEMPERATURE].mean(axis=1)} if TEMPERATURE in records.channels else {}
 
 
 def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | None:

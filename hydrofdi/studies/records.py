@@ -14,16 +14,7 @@ from numpy.typing import NDArray
 from hydrofdi.detectors.charts import AlarmLimit, Delay, time_needed
 from hydrofdi.detectors.rules import Rules, ScoreConfig
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod import (
-    DetectableSeverity,
-    EquivalentFault,
-    PodCurve,
-    Response,
-    Spread,
-    Tally,
-    last_shown,
-    relative_spread,
-)
+from hydrofdi.evaluation import pod
 from hydrofdi.evaluation.rates import Area, HealthyPair, Rate, alarm_rate, confidence_text
 from hydrofdi.evaluation.scores import NOTHING, Array, Direction, Kind, Population, comparable
 from hydrofdi.evaluation.threshold import Threshold, records_needed
@@ -194,13 +185,13 @@ class Judgement:
     threshold: Threshold | None
     false_alarms: Mapping[Population, Rate]
     levels: tuple[Level, ...]
-    curve: PodCurve | None = None
+    curve: pod.PodCurve | None = None
     lack_of_fit: float = math.nan
-    smallest: Mapping[str, DetectableSeverity] = field(default_factory=dict)
+    smallest: Mapping[str, pod.DetectableSeverity] = field(default_factory=dict)
     counted: Mapping[Population, int] = field(default_factory=dict)
     refusals: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-    bounding: tuple[PodCurve, ...] = ()
+    bounding: tuple[pod.PodCurve, ...] = ()
     healthy_pairs: tuple[HealthyPair, ...] = ()
 
     @property
@@ -482,7 +473,7 @@ class TestedLevels:
         return np.concatenate([level.detections(self.threshold) for level in self.levels])
 
     @cached_property
-    def tally(self) -> Tally:
+    def tally(self) -> pod.Tally:
         """Hits of each level at its *largest* true severity.
 
         The probability of detection there is at least the mean of the level, so detectable severities are not
@@ -493,9 +484,9 @@ class TestedLevels:
             np.array([getattr(rate, name) for rate in rates], float) for name in ("count", "total")
         )
         largest = [level.severity.max() for level in self.levels]
-        return Tally(np.maximum.accumulate(largest), hits, total)
+        return pod.Tally(np.maximum.accumulate(largest), hits, total)
 
-    def lie_on_the_rise(self, curve: PodCurve) -> bool:
+    def lie_on_the_rise(self, curve: pod.PodCurve) -> bool:
         """Whether at least two levels lie on the slope of the curve.
 
         True severities within a level differ too little to determine a slope. A level whose severities span
@@ -523,7 +514,7 @@ class TestedLevels:
             first += level.severity.size
         return None
 
-    def bound(self, probability: float, confidence: float) -> DetectableSeverity:
+    def bound(self, probability: float, confidence: float) -> pod.DetectableSeverity:
         """Last level whose one-sided limit of the detection rate meets a probability."""
         rates = [level.detected(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
         shown = np.array([comparable(rate.low) >= comparable(probability) for rate in rates])
@@ -534,7 +525,7 @@ class TestedLevels:
                 f" agree; there are {n_group}",
                 needed,
             )
-        return last_shown(self.tally.severity, shown, probability, confidence)
+        return pod.last_shown(self.tally.severity, shown, probability, confidence)
 
 
 @dataclass
@@ -573,8 +564,8 @@ class Nuisance:
     """
 
     parameter: str
-    alone: Spread | None
-    imitated: EquivalentFault | None
+    alone: pod.Spread | None
+    imitated: pod.EquivalentFault | None
 
 
 def nuisances_of(
@@ -595,10 +586,12 @@ def nuisances_of(
     response = None
     if faults:
         severity, _, scores = zip(*faults, strict=True)
-        response = notes.unless_refused(lambda: Response(healthy, scores, severity, confidence=confidence))
+        response = notes.unless_refused(
+            lambda: pod.Response(healthy, scores, severity, confidence=confidence)
+        )
     found = []
     for name, values in own.items():
-        spread = notes.unless_refused(partial(relative_spread, values, healthy, confidence=confidence))
+        spread = notes.unless_refused(partial(pod.relative_spread, values, healthy, confidence=confidence))
         imitated = None
         if response is not None:
             imitated = notes.unless_refused(partial(response.imitated, values, own[NOTHING]))

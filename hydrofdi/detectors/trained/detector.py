@@ -12,32 +12,10 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.detectors.rules import make_chart
+from hydrofdi.detectors.trained import lines as stream_lines
+from hydrofdi.detectors.trained import verdicts
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.lines import (
-    NO_DEFECTS,
-    NO_EPISODES,
-    NOT_KNOWN,
-    ChartReading,
-    Line,
-    WindowLine,
-    begins_minute,
-    conditioned,
-    ended,
-    episodes_after,
-    noted,
-    summed_up,
-)
 from hydrofdi.detectors.trained.promise import Consequence, consequence
-from hydrofdi.detectors.trained.verdicts import (
-    Leak,
-    Verdict,
-    findings,
-    measured_windows,
-    records_of,
-    standardised,
-    verdict_of,
-    without_scale,
-)
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.rates import FEWEST_GROUPS, Rate, alarm_rate
 from hydrofdi.evaluation.scores import comparable
@@ -77,7 +55,7 @@ class Detector:
         chart = file.config.chart
         self._chart = None if chart is None else make_chart(chart.chart, chart.options)
 
-    def score(self, windows: Sequence[Window]) -> list[Verdict]:
+    def score(self, windows: Sequence[Window]) -> list[verdicts.Verdict]:
         """Judge windows by themselves.
 
         Parameters
@@ -91,14 +69,14 @@ class Detector:
             In order.
         """
         file, sound = self.file, [window for window in windows if window.fault is None]
-        judged: Iterator[Verdict] = iter(())
+        judged: Iterator[verdicts.Verdict] = iter(())
         if sound:
-            records = records_of(sound, file.channels, file.sampling_frequency)
-            found = measured_windows(records, file.feature, file.fits)
+            records = verdicts.records_of(sound, file.channels, file.sampling_frequency)
+            found = verdicts.measured_windows(records, file.feature, file.fits)
             scores = file.scores(np.array([each.numbers for each in found])).tolist()
-            rows = zip(scores, found, findings(records, file.ranges), strict=True)
-            judged = (verdict_of(file, *row) for row in rows)
-        return [Verdict(fault=each.fault) if each.fault else next(judged) for each in windows]
+            rows = zip(scores, found, verdicts.findings(records, file.ranges), strict=True)
+            judged = (verdicts.verdict_of(file, *row) for row in rows)
+        return [verdicts.Verdict(fault=each.fault) if each.fault else next(judged) for each in windows]
 
     def start(self) -> State:
         """The state before the first sample of a stream: a mapping of arrays."""
@@ -108,9 +86,9 @@ class Detector:
                 "stream": self._stream.start(),
                 "judging": self._windower.start(),
                 "chart": {} if self._chart is None else self._chart.start(1),
-                "defects": NO_DEFECTS,
-                "episodes": NO_EPISODES,
-                "conditions": {**NOT_KNOWN, "n_not_judged": np.array(self._patience)},
+                "defects": stream_lines.NO_DEFECTS,
+                "episodes": stream_lines.NO_EPISODES,
+                "conditions": {**stream_lines.NOT_KNOWN, "n_not_judged": np.array(self._patience)},
             }
         )
 
@@ -121,7 +99,7 @@ class Detector:
         joining = self._joining.start() if may_repeat else parts["joining"]
         return _flat({**parts, "joining": joining, "stream": stream})
 
-    def step(self, state: State, chunk: Chunk) -> tuple[State, list[Line]]:
+    def step(self, state: State, chunk: Chunk) -> tuple[State, list[stream_lines.Line]]:
         """Judge the next samples of a stream.
 
         Parameters
@@ -143,16 +121,16 @@ class Detector:
         lines = self._checked(parts, chunk)
         return _flat(parts), lines
 
-    def end(self, state: State) -> tuple[State, list[Line]]:
+    def end(self, state: State) -> tuple[State, list[stream_lines.Line]]:
         """The lines at the end of a stream: counts that were not reported, and ends of episodes."""
         parts = _parts(state)
         parts["joining"], rest = self._joining.step(parts["joining"], Chunk(np.empty(0), {}), is_end=True)
         lines = self._checked(parts, rest)
-        parts["defects"], sums = summed_up(parts["defects"])
-        ends, parts["episodes"] = ended(parts["episodes"]), NO_EPISODES
+        parts["defects"], sums = stream_lines.summed_up(parts["defects"])
+        ends, parts["episodes"] = stream_lines.ended(parts["episodes"]), stream_lines.NO_EPISODES
         return _flat(parts), [*lines, *sums, *ends]
 
-    def _checked(self, parts: dict[str, State], chunk: Chunk) -> list[Line]:
+    def _checked(self, parts: dict[str, State], chunk: Chunk) -> list[stream_lines.Line]:
         """Lines of joined samples."""
         stepped = self._stream.step(parts["stream"], chunk)
         if not stepped[2] and not parts["defects"]["waiting"].any():
@@ -165,59 +143,65 @@ class Detector:
         """
         stepped = _, pieces, found = self._stream.step(parts["stream"], chunk)
         is_news = not all(event.is_silent for event in found)
-        if chunk.n_time > 1 and (is_news or begins_minute(parts["defects"], pieces)):
+        if chunk.n_time > 1 and (is_news or stream_lines.begins_minute(parts["defects"], pieces)):
             half = chunk.n_time // 2
             yield from self._alone(parts, chunk.part(0, half))
             yield from self._alone(parts, chunk.part(half, chunk.n_time))
         else:
             yield stepped
 
-    def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[Line]:
+    def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[stream_lines.Line]:
         """Lines of checked samples."""
         parts["stream"], pieces, found = stepped
-        parts["defects"], events = noted(parts["defects"], pieces, found)
-        lines: list[Line] = [*events]
+        parts["defects"], events = stream_lines.noted(parts["defects"], pieces, found)
+        lines: list[stream_lines.Line] = [*events]
         for piece in pieces:
             parts["judging"], judged = self._windows(parts["judging"], piece)
             for window in judged:
                 lines += self._lines(parts, window)
         return lines
 
-    def _windows(self, state: State, piece: Chunk) -> tuple[State, list[WindowLine]]:
+    def _windows(self, state: State, piece: Chunk) -> tuple[State, list[stream_lines.WindowLine]]:
         """The state after a piece, and the windows that ended in it."""
-        file, lines = self.file, list[WindowLine]()
+        file, lines = self.file, list[stream_lines.WindowLine]()
         n_at_once = file.n_every * max(1, MOST_SAMPLES // (file.n_sample * len(file.channels)))
         for first in range(0, piece.n_time, n_at_once):
             state, windows = self._windower.step(state, piece.part(first, first + n_at_once))
             lines += [
-                WindowLine(each.number, float(each.time[0]), float(each.time[-1]), verdict)
+                stream_lines.WindowLine(each.number, float(each.time[0]), float(each.time[-1]), verdict)
                 for each, verdict in zip(windows, self.score(windows), strict=True)
             ]
         return state, lines
 
-    def _lines(self, parts: dict[str, State], window: WindowLine) -> list[Line]:
+    def _lines(self, parts: dict[str, State], window: stream_lines.WindowLine) -> list[stream_lines.Line]:
         """The line of a window, and the events that it causes."""
         verdict = window.verdict
         parts["chart"], reading = self._reading(parts["chart"], verdict)
         window = replace(window, chart=reading)
-        parts["episodes"], events = episodes_after(parts["episodes"], self._patience, window)
-        parts["conditions"], condition, alarm = conditioned(parts["conditions"], self._patience, window)
+        parts["episodes"], events = stream_lines.episodes_after(parts["episodes"], self._patience, window)
+        parts["conditions"], condition, alarm = stream_lines.conditioned(
+            parts["conditions"], self._patience, window
+        )
         if alarm is not None and alarm.kind is EventKind.ALARM_RAISED:
             n_judged, n_alarm = (int(parts["conditions"][name]) for name in ("n_judged", "n_alarm"))
             found = consequence(self.file, n_judged, n_alarm, verdict.leak, verdict.margin)
             alarm = replace(alarm, text=f"{alarm.text}; {found.sentences}", details=found.to_dict())
         return [replace(window, condition=condition), *events, *filter(None, [alarm])]
 
-    def _reading(self, state: State, verdict: Verdict) -> tuple[State, ChartReading | None]:
+    def _reading(
+        self, state: State, verdict: verdicts.Verdict
+    ) -> tuple[State, stream_lines.ChartReading | None]:
         """The chart after a window; one that is not judged does not change it."""
         if self._chart is None or self.file.chart is None:
             return state, None
         judged = math.nan if verdict.alarm is None or verdict.score is None else verdict.score
-        score = standardised(judged, self.file.healthy, self.file.config.direction)
+        score = verdicts.standardised(judged, self.file.healthy, self.file.config.direction)
         after, statistic = self._chart.step(state, score.reshape(1, 1), self.file.chart.limit)
         value = float(statistic[0, 0])
         is_alarm = value >= self.file.chart.limit
-        return after, ChartReading(None if math.isnan(value) else value, self.file.chart.limit, is_alarm)
+        return after, stream_lines.ChartReading(
+            None if math.isnan(value) else value, self.file.chart.limit, is_alarm
+        )
 
 
 def _flat(parts: Mapping[str, State]) -> State:
@@ -240,7 +224,7 @@ _SAID_OF_WINDOWS = ("missing", "stuck", "gap")
 
 
 @dataclass(frozen=True)
-class JudgedWindow(WindowLine):
+class JudgedWindow(stream_lines.WindowLine):
     """A window of a record, as the line of a monitor which is given the record as a stream by itself; or a
     record without any window, with a negative number and the reason as its fault. ``label``: condition of the
     record, where it is known.
@@ -271,13 +255,13 @@ def judged_windows(detector: Detector, batch: RecordBatch) -> Iterator[JudgedWin
 
 def _without(fault: Issue, **named: Any) -> JudgedWindow:
     """A record without any window."""
-    return JudgedWindow(-1, nan, nan, Verdict(fault=fault), **named)
+    return JudgedWindow(-1, nan, nan, verdicts.Verdict(fault=fault), **named)
 
 
-def _lines(detector: Detector, records: RecordBatch, row: int) -> list[WindowLine]:
+def _lines(detector: Detector, records: RecordBatch, row: int) -> list[stream_lines.WindowLine]:
     samples = {channel: values[row] for channel, values in records.channels.items()}
     _, found = detector.step(detector.start(), Chunk(records.time, samples))
-    lines = [line for line in found if isinstance(line, WindowLine)]
+    lines = [line for line in found if isinstance(line, stream_lines.WindowLine)]
     for remark in records.remarks[row]:
         if remark.kind == "unended" and lines and lines[-1].end == records.time[-1]:
             doubt = "; ".join(filter(None, (lines[-1].verdict.doubt, remark.message)))
@@ -293,7 +277,7 @@ def _forbidden(file: DetectorFile, records: RecordBatch, row: int) -> Issue | No
     if abs(records.sampling_frequency / file.sampling_frequency - 1.0) > _RATE:
         rates = f"{records.sampling_frequency:.4g} Hz instead of {file.sampling_frequency:.4g} Hz"
         return Issue(f"is sampled at {rates}", kind="other_rate")
-    if obstacle := without_scale(records, file.channels):
+    if obstacle := verdicts.without_scale(records, file.channels):
         return Issue(obstacle, kind="no_scale")
     for remark in records.remarks[row]:
         concerns = not remark.where or remark.where in file.channels
@@ -326,7 +310,7 @@ class Tally:
         self.unjudged: dict[tuple[str, str], str] = {}
         self._windows = windows
         self._outcomes: list[float] = []
-        self._alarming: list[Leak] = []
+        self._alarming: list[verdicts.Leak] = []
         self._groups: list[str] = []
         self._blocks: list[str] = []
         self._records: set[tuple[str, str]] = set()
@@ -402,7 +386,7 @@ class Tally:
     @property
     def consequence(self) -> Consequence:
         """What the alarms come to; the leak is their median."""
-        leak = Leak(*np.median(self._alarming, axis=0).tolist()) if self._alarming else None
+        leak = verdicts.Leak(*np.median(self._alarming, axis=0).tolist()) if self._alarming else None
         return consequence(self.file, self.n_judged, self.n_alarm, leak)
 
     @property

@@ -11,15 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.trained import verdicts
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
-from hydrofdi.detectors.trained.verdicts import (
-    TEMPERATURE,
-    Measured,
-    channel_facts,
-    measured_windows,
-    records_of,
-    without_scale,
-)
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.indicators.measuring import spool_remedy
@@ -78,7 +71,7 @@ class HealthyScores:
         self.config, self.first, self.feature = config, first, feature_of(config)
         seen = self.feature.channels | (self.feature.optional_channels & first.channels.keys())
         seen |= {window.channel} if window.by == "cycle" else set()
-        seen |= {TEMPERATURE} & first.channels.keys()
+        seen |= {verdicts.TEMPERATURE} & first.channels.keys()
         self.channels = tuple(channel for channel in Channel if channel in seen)
         duration = first.duration if window.duration is None else window.duration
         self.n_sample = round(duration * frequency)
@@ -88,7 +81,7 @@ class HealthyScores:
         self.records: list[_Record] = []
         self.record: list[int] = []
         self.is_apart: list[bool] = []
-        self.measured: list[Measured] = []
+        self.measured: list[verdicts.Measured] = []
         self.all_scores: Array = np.empty(0)
         self.facts: dict[Channel, list[Mapping[str, Array]]] = {}
 
@@ -116,17 +109,19 @@ class HealthyScores:
     def _measure(self, windows: Sequence[Window]) -> None:
         """Measure all windows that wait."""
         apart, nothing = self.is_apart[len(self.measured) :], np.full(len(self.feature.numbers), np.nan)
-        sound, measured = [window for window in windows if window.fault is None], list[Measured]()
+        sound, measured = [window for window in windows if window.fault is None], list[verdicts.Measured]()
         if sound:
-            records = records_of(sound, self.channels, self.windower.sampling_frequency)
+            records = verdicts.records_of(sound, self.channels, self.windower.sampling_frequency)
             are_apart = [own for own, window in zip(apart, windows, strict=True) if window.fault is None]
-            for channel in (each for each in self.channels if each is not TEMPERATURE and any(are_apart)):
-                self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
-            measured = measured_windows(records, self.feature)
+            for channel in (
+                each for each in self.channels if each is not verdicts.TEMPERATURE and any(are_apart)
+            ):
+                self.facts.setdefault(channel, []).append(verdicts.channel_facts(records[channel][are_apart]))
+            measured = verdicts.measured_windows(records, self.feature)
         in_order = iter(measured)
         for window, is_apart in zip(windows, apart, strict=True):
-            own = Measured(nothing, window.fault) if window.fault else next(in_order)
-            self.measured.append(own if is_apart else Measured(own.numbers))
+            own = verdicts.Measured(nothing, window.fault) if window.fault else next(in_order)
+            self.measured.append(own if is_apart else verdicts.Measured(own.numbers))
 
     @cached_property
     def faults(self) -> list[Issue]:
@@ -134,7 +129,7 @@ class HealthyScores:
         return [each.fault for each in self.measured if each.fault is not None]
 
     @cached_property
-    def complete(self) -> list[Measured]:
+    def complete(self) -> list[verdicts.Measured]:
         """What is measured of the windows that set limits and have all numbers."""
         pairs = zip(self.measured, self.is_apart, strict=True)
         return [each for each, is_apart in pairs if is_apart and np.isfinite(each.numbers).all()]
@@ -185,7 +180,7 @@ class HealthyScores:
             label, needs = next(pairs, (f"the detector after {other}", self.feature.indicator))
             remedy = spool_remedy(missing, needs)
             raise DataError(f"{source}: has no {' and no '.join(missing)}, which {label} needs{remedy}")
-        if obstacle := without_scale(batch, channels):
+        if obstacle := verdicts.without_scale(batch, channels):
             raise DataError(f"{source}: {obstacle}")
         for remark in chain.from_iterable(batch.remarks):
             if remark.kind in _NOT_EVEN and remark.is_unusable:

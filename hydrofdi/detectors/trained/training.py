@@ -11,12 +11,7 @@ import numpy as np
 
 from hydrofdi.detectors.rules import OF_ONE, ScoreConfig, make_score
 from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
-from hydrofdi.detectors.trained.configuration import (
-    DetectorConfig,
-    direction_of,
-    feature_of,
-    stated_indicators,
-)
+from hydrofdi.detectors.trained import configuration
 from hydrofdi.detectors.trained.file import Basis, DetectorFile, Made, TrainedScore
 from hydrofdi.detectors.trained.limits import (
     N_PIECE,
@@ -44,7 +39,7 @@ from hydrofdi.settings.readable import time_text
 
 def train(
     healthy: RecordSource,
-    config: DetectorConfig,
+    config: configuration.DetectorConfig,
     sources: Sequence[str],
     made: Made,
     faulty: RecordSource | None = None,
@@ -93,10 +88,10 @@ def train(
     if fleet is not None and first.sampling_frequency != fleet.sampling_frequency:
         found_at, wanted = first.sampling_frequency, fleet.sampling_frequency
         raise DataError(f"{healthy.name}: is sampled at {found_at:g} Hz, but {fleet_name} at {wanted:g} Hz")
-    stated, sheet = feature_of(config).indicators.values(), healthy.data_sheet
+    stated, sheet = configuration.feature_of(config).indicators.values(), healthy.data_sheet
     taken = {name for each in stated for name in sheet_constants(each.options)}
     config = config if fleet else _with_score(config, first)
-    direction, found = direction_of(config), HealthyScores(config, first, drive)
+    direction, found = configuration.direction_of(config), HealthyScores(config, first, drive)
     found.read(chain([first], batches))
     feature, teachers = found.feature, None
     if faulty is not None and is_stated:
@@ -131,7 +126,7 @@ def train(
         in_full["options"] = feature.indicator.options.model_dump(mode="json")
         in_full["output"] = feature.label.removeprefix(f"{config.indicator}.")
     else:
-        in_full["indicators"] = stated_indicators(feature.indicators, in_full=True)
+        in_full["indicators"] = configuration.stated_indicators(feature.indicators, in_full=True)
     return DetectorFile(
         made=made,
         config=config.model_copy(update=in_full),
@@ -164,14 +159,14 @@ def train(
     )
 
 
-def _with_score(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
+def _with_score(config: configuration.DetectorConfig, first: RecordBatch) -> configuration.DetectorConfig:
     """The same with a second alarm, unless an output is stated: on the flow through all clearances; and with
     the effect of the oil temperature taken out, if that is measured.
     """
-    feature = feature_of(config)
+    feature = configuration.feature_of(config)
     if config.score is not None or not feature.described.is_score:
         return config
-    of, indicators = [feature.label], stated_indicators(feature.indicators)
+    of, indicators = [feature.label], configuration.stated_indicators(feature.indicators)
     if not config.output and config.direction in (None, Direction.RISING):
         of += [feature.through_all] if feature.through_all in feature.outputs else []
     by = [f"{TEMPERATURE}.mean"] if config.compensate and TEMPERATURE in first.channels else []
@@ -228,10 +223,9 @@ def _learn(
             raise _no_score(found, next(iter(feature.numbers)))
     records = [record for each in both for record in each.records]
     names = [record.group or f"record {index:09d}" for index, record in enumerate(records)]
-    firsts = (0, len(found.records))
-    groups = [
-        names[first + index] for first, each in zip(firsts, both, strict=False) for index in each.record
-    ]
+    groups = [names[index] for index in found.record]
+    if teachers is not None:
+        groups += [names[len(found.records) + index] for index in teachers.record]
     if len(set(groups)) == 1:
         groups = [f"piece {N_PIECE * place // n_healthy}" for place in range(n_healthy)]
     used = np.ascontiguousarray(values[:, kept])

@@ -20,7 +20,7 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Array, Direction, comparable, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, Direction, Estimate, comparable, share_between_0_and_1
 from hydrofdi.settings.quantities import SI, Section
 
 State = Mapping[str, NDArray[Any]]
@@ -472,15 +472,6 @@ def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterat
         yield np.concatenate([groups[group] for group in drawn])
 
 
-@dataclass(frozen=True)
-class Delay:
-    """A quantile of detection delays, with its interval [s]; infinite if too many leaks are not detected."""
-
-    value: float
-    low: float
-    high: float
-
-
 @dataclass(frozen=True, eq=False)
 class Delays:
     """Detection delay of the leak in each stream.
@@ -499,8 +490,8 @@ class Delays:
     n_early: np.ndarray
     not_measurable: int
 
-    def quantile(self, share: float = 0.5, *, confidence: float = 0.95) -> Delay:
-        """Delay within which a given share of the leaks is detected.
+    def quantile(self, share: float = 0.5, *, confidence: float = 0.95) -> Estimate:
+        """Delay within which a given share of the leaks is detected; infinite if too many are not.
 
         Its distribution-free interval is that of order statistics: David and Nagaraja, Order Statistics
         (2003), section 7.1.
@@ -509,7 +500,7 @@ class Delays:
         ordered = np.sort(self.values)
         rank = max(math.ceil(share * ordered.size - 1e-9), 1)
         value = float(ordered[rank - 1]) if ordered.size else math.nan
-        return Delay(value, *_order_statistics(ordered, share, confidence))
+        return Estimate(value, *_order_statistics(ordered, share, confidence))
 
 
 def delays(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.scores import Array, comparable, measurable, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, Estimate, comparable, measurable, share_between_0_and_1
 
 
 @dataclass(frozen=True)
@@ -494,12 +494,9 @@ N_DRAW = 1000
 
 
 @dataclass(frozen=True)
-class Spread:
+class Spread(Estimate):
     """A relative spread of scores with its two-sided interval, from `n_record` records."""
 
-    value: float
-    low: float
-    high: float
     n_record: int
 
 

@@ -34,11 +34,10 @@ def within(scored: Scored, sensors: Collection[str]) -> bool:
     return not sensors or set(scored.channels) <= set(sensors)
 
 
-def asks_for_extra(detection: DetectionConfig) -> bool:
-    """Whether any score of a study needs scikit-learn."""
-    return detection.usual_scores or any(
-        score_kind(score.kind).needs_extra for score in detection.scores.values()
-    )
+def uses_extra(detection: DetectionConfig) -> bool:
+    """Whether any score of a study needs scikit-learn, which is installed."""
+    kinds = (score.kind for score in detection.scores.values())
+    return (detection.usual_scores or any(score_kind(kind).needs_extra for kind in kinds)) and has_extra()
 
 
 _SEVERITIES = {

@@ -11,12 +11,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.charts import AlarmLimit, Delay, time_needed
+from hydrofdi.detectors.charts import AlarmLimit, time_needed
 from hydrofdi.detectors.rules import Rules, ScoreConfig
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation import pod
 from hydrofdi.evaluation.rates import Area, HealthyPair, Rate, alarm_rate, confidence_text
-from hydrofdi.evaluation.scores import NOTHING, Array, Direction, Kind, Population, comparable
+from hydrofdi.evaluation.scores import NOTHING, Array, Direction, Estimate, Kind, Population, comparable
 from hydrofdi.evaluation.threshold import Threshold, records_needed
 
 
@@ -264,7 +264,7 @@ class LeakDelay:
         Number of leaks whose estimator diverged before the onset; they count as not detected.
     watched : float
         Time from the latest onset to the last instant [s].
-    median, late : Delay
+    median, late : Estimate
         Delay within which half of the leaks, and the required fraction, are detected [s].
     """
 
@@ -275,8 +275,8 @@ class LeakDelay:
     n_early: int
     not_measurable: int
     watched: float
-    median: Delay
-    late: Delay
+    median: Estimate
+    late: Estimate
 
 
 @dataclass(frozen=True)

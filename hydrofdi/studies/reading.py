@@ -16,8 +16,8 @@ from hydrofdi.config.study import DetectionConfig, StudyTable
 from hydrofdi.detectors.rules import CHANGE, ScoreConfig, belongs, combined_numbers, make_score, score_kind
 from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores, has_extra, known_numbers
 from hydrofdi.errors import ConfigError, Issue, NotStatedError, ReportError
-from hydrofdi.evaluation.scores import Kind, Population
-from hydrofdi.indicators import Indicator
+from hydrofdi.evaluation.scores import Array, Kind, Population
+from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
@@ -144,18 +144,16 @@ def _measured(data: ExperimentData) -> Iterator[Scored]:
         channels, note = needed_channels(indicator), _why_not_measured(data, label)
         for output in (output for output in indicator.outputs if output.is_score):
             values = data.columns.get(f"{label}.{output.name}", np.empty(0))
-            for place in np.ndindex(values.shape[1:]) if values.size else ():
-                yield Scored(
-                    f"{label}.{output.name}{''.join(f'[{part}]' for part in place)}",
-                    np.asarray(values[(slice(None), *place)], dtype=float),
-                    channels,
-                    output.unit,
-                    output.long_name,
-                    output.direction,
-                    costs.get(label),
-                    note,
-                    indicator.name,
-                )
+            for number in _numbers(f"{label}.{output.name}", values, channels, output) if values.size else ():
+                yield replace(number, cost=costs.get(label), note=note, indicator=indicator.name)
+
+
+def _numbers(name: str, values: Array, channels: tuple[str, ...], output: Output) -> Iterator[Scored]:
+    """Each number of an output, whose values have the shape (n_record, …)."""
+    for index in np.ndindex(values.shape[1:]):
+        own = np.asarray(values[(slice(None), *index)], dtype=float)
+        full = f"{name}{''.join(f'[{part}]' for part in index)}"
+        yield Scored(full, own, channels, output.unit, output.long_name, output.direction)
 
 
 def needed_channels(indicator: Indicator[Any]) -> tuple[str, ...]:
@@ -436,17 +434,9 @@ def _confounded(groups: Sequence[str] | None, is_healthy: NDArray[np.bool_]) -> 
 def _scores(columns: Sequence[MeasuredOutput], records: Sequence[RecordMeasures]) -> Iterator[Scored]:
     """All numbers that at least one record has."""
     for column in (column for column in columns if column.output.is_score):
-        shape = tuple(column.output.dims.values())
-        nothing = np.full(shape, np.nan)
+        nothing = np.full(tuple(column.output.dims.values()), np.nan)
         values = np.array([record.values.get(column.name, nothing) for record in records], dtype=float)
-        for place in np.ndindex(shape):
-            own = values[(slice(None), *place)]
-            if np.isfinite(own).any():
-                yield Scored(
-                    f"{column.name}{''.join(f'[{part}]' for part in place)}",
-                    own,
-                    tuple(channel.value for channel in column.channels),
-                    column.unit,
-                    column.output.long_name,
-                    column.output.direction,
-                )
+        channels = tuple(channel.value for channel in column.channels)
+        for number in _numbers(column.name, values, channels, column.output):
+            if np.isfinite(number.values).any():
+                yield replace(number, unit=column.unit)

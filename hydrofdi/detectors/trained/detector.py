@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import nan
 from typing import Any
 
 import numpy as np
@@ -255,7 +254,7 @@ def judged_windows(detector: Detector, batch: RecordBatch) -> Iterator[JudgedWin
 
 def _without(fault: Issue, **named: Any) -> JudgedWindow:
     """A record without any window."""
-    return JudgedWindow(-1, nan, nan, verdicts.Verdict(fault=fault), **named)
+    return JudgedWindow(-1, math.nan, math.nan, verdicts.Verdict(fault=fault), **named)
 
 
 def _lines(detector: Detector, records: RecordBatch, row: int) -> list[stream_lines.WindowLine]:
@@ -303,20 +302,16 @@ class Tally:
     """
 
     def __init__(self, file: DetectorFile, windows: Iterable[JudgedWindow]) -> None:
-        self.file = file
+        self.file, self._windows = file, windows
         self.faults: Counter[str] = Counter()
         self.n_beyond = self.n_doubtful = 0
         self.first_doubt = ""
         self.unjudged: dict[tuple[str, str], str] = {}
-        self._windows = windows
-        self._outcomes: list[float] = []
-        self._alarming: list[verdicts.Leak] = []
-        self._groups: list[str] = []
-        self._blocks: list[str] = []
         self._records: set[tuple[str, str]] = set()
-        self._has_groups, frequency = False, file.sampling_frequency
-        self._duration = file.n_sample / frequency
-        self._every = min(file.n_every / frequency, self._duration)
+        self._judged: list[tuple[bool, str, str, int]] = []  # alarm, group, record and place in it
+        self._alarming: list[verdicts.Leak] = []
+        self._duration = file.n_sample / file.sampling_frequency
+        self._every = min(file.n_every / file.sampling_frequency, self._duration)
 
     def __iter__(self) -> Iterator[JudgedWindow]:
         for window in self._windows:
@@ -337,12 +332,10 @@ class Tally:
         if verdict.fault is None or verdict.fault.kind == "novel":
             self.unjudged.pop(record, None)
         if window.alarm is not None:
-            self._outcomes.append(float(window.alarm))
+            block = int(comparable(window.start / self._duration))
+            self._judged.append((window.alarm, window.group, " ".join(record), block))
             if window.alarm and verdict.leak is not None:
                 self._alarming.append(verdict.leak)
-            self._groups.append(window.group or " ".join(record))
-            self._blocks.append(" ".join((*record, str(int(comparable(window.start / self._duration))))))
-            self._has_groups |= bool(window.group)
 
     @property
     def n_record(self) -> int:
@@ -352,12 +345,12 @@ class Tally:
     @property
     def n_judged(self) -> int:
         """Windows that were judged."""
-        return len(self._outcomes)
+        return len(self._judged)
 
     @property
     def n_alarm(self) -> int:
         """Alarms."""
-        return int(sum(self._outcomes))
+        return sum(window[0] for window in self._judged)
 
     @property
     def hours(self) -> float:
@@ -376,12 +369,12 @@ class Tally:
     @property
     def n_group(self) -> int:
         """Groups of which something was judged; records if nobody stated groups."""
-        return len(set(self._groups))
+        return len({group or record for _, group, record, _ in self._judged})
 
     @property
     def group_noun(self) -> str:
         """What they are: ``groups`` or ``records``."""
-        return "groups" if self._has_groups else "records"
+        return "groups" if any(window[1] for window in self._judged) else "records"
 
     @property
     def consequence(self) -> Consequence:
@@ -392,7 +385,9 @@ class Tally:
     @property
     def rate(self) -> Rate:
         """The share of judged windows that are alarms, with its interval."""
-        groups: list[str] | None = self._groups
+        groups: list[str] | None = [group or record for _, group, record, _ in self._judged]
         if self.rests_on == "windows":
-            groups = self._blocks if self._every < self._duration else None
-        return alarm_rate(self._outcomes, groups=groups, confidence=self.file.config.confidence)
+            blocks = [f"{record} {block}" for _, _, record, block in self._judged]
+            groups = blocks if self._every < self._duration else None
+        alarms = [float(window[0]) for window in self._judged]
+        return alarm_rate(alarms, groups=groups, confidence=self.file.config.confidence)

@@ -131,10 +131,7 @@ class Detector:
 
     def _checked(self, parts: dict[str, State], chunk: Chunk) -> list[stream_lines.Line]:
         """Lines of joined samples."""
-        stepped = self._stream.step(parts["stream"], chunk)
-        if not stepped[2] and not parts["defects"]["waiting"].any():
-            return self._follow(parts, stepped)
-        return [line for some in self._alone(parts, chunk) for line in self._follow(parts, some)]
+        return [line for stepped in self._alone(parts, chunk) for line in self._follow(parts, stepped)]
 
     def _alone(self, parts: Mapping[str, State], chunk: Chunk) -> Iterator[_Stepped]:
         """Steps of the stream. A sample that is news, or begins a minute, has a step of its own, so that the
@@ -142,7 +139,9 @@ class Detector:
         """
         stepped = _, pieces, found = self._stream.step(parts["stream"], chunk)
         is_news = not all(event.is_silent for event in found)
-        if chunk.n_time > 1 and (is_news or stream_lines.begins_minute(parts["defects"], pieces)):
+        if found or parts["defects"]["waiting"].any():
+            is_news |= stream_lines.begins_minute(parts["defects"], pieces)
+        if chunk.n_time > 1 and is_news:
             half = chunk.n_time // 2
             yield from self._alone(parts, chunk.part(0, half))
             yield from self._alone(parts, chunk.part(half, chunk.n_time))

@@ -16,8 +16,7 @@ from os import PathLike, fspath
 from typing import Any
 
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors.rules import Rules
-from hydrofdi.detectors.scores.configuration import load_scores
+from hydrofdi.detectors.rules import Rules, load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.overview import Indicators, indicators_of
@@ -31,8 +30,7 @@ from hydrofdi.settings.yaml_source import Source
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.healthy import labels_of_healthy
 from hydrofdi.studies.left import Left
-from hydrofdi.studies.measured import measured_study, require_labels
-from hydrofdi.studies.reading import made_scores
+from hydrofdi.studies.reading import made_scores, measured_study, require_labels
 from hydrofdi.studies.reading import usual_scores as usual_of
 
 

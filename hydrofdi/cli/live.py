@@ -21,8 +21,8 @@ from hydrofdi.errors import ConfigError, interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
+    from hydrofdi.detectors.trained.detector import JudgedWindow, Tally
     from hydrofdi.detectors.trained.file import DetectorFile
-    from hydrofdi.detectors.trained.judged import JudgedWindow, Tally
 
 INTERRUPTED = 130
 

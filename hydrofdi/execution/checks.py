@@ -15,7 +15,7 @@ from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_value
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
-from hydrofdi.detectors.run_lengths import time_needed
+from hydrofdi.detectors.charts import time_needed
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
@@ -204,7 +204,7 @@ def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterat
 
 def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Indicators that charts watch, each with the instants of its trace [s]."""
-    from hydrofdi.studies.charts import watched_instants  # only a study loads its rooms
+    from hydrofdi.studies.detecting import watched_instants  # only a study loads its rooms
 
     online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
     charts = online.charts.values() if online else ()

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.detector import Detector as TrainedDetector
+from hydrofdi.detectors.trained.detector import Tally, judged_windows
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.judged import Tally, judged_windows
 from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.detectors.trained.windows import watched, windows_table
 from hydrofdi.errors import ConfigError, StoreError

@@ -22,8 +22,7 @@ from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.dates import Instant, is_dated, since_first
 from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.reading import Reading
-from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, RowReader, require_text, runs, wrong_encoding
+from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, Reading, RowReader, require_text, runs, wrong_encoding
 from hydrofdi.records.times import titles_of_time
 
 _BLOCK = 2**21

@@ -21,8 +21,8 @@ from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.selection import assumed_plants, of_machine
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.source import MeasuredSource
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.settings.messages import counted
 
 _LINE = b'{"line":'

@@ -18,7 +18,6 @@ from hydrofdi.api.arguments import Names, Texts, path_of, positive_of, refusal
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.columns import channel_called, channel_named, channels_named, find_column, split_title
-from hydrofdi.records.dates import instant, is_dated
 from hydrofdi.records.source import (
     HeldSource,
     MeasuredSource,
@@ -27,7 +26,7 @@ from hydrofdi.records.source import (
     measured_source,
     plain_source,
 )
-from hydrofdi.records.times import counts_samples, named_time
+from hydrofdi.records.times import counts_samples, instant, is_dated, named_time
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located, ready_hint
 

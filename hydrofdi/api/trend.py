@@ -14,7 +14,7 @@ from hydrofdi.api.sources import Described
 from hydrofdi.api.trend_answer import Trend, Trends
 from hydrofdi.diagnosis.trends import History, estimate
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.dates import FIRST_DATE, instant
+from hydrofdi.records.times import FIRST_DATE, instant
 from hydrofdi.settings.messages import nearest
 from hydrofdi.units import parse_quantity, stated_unit
 

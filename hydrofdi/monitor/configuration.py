@@ -11,8 +11,8 @@ from urllib.parse import unquote, urlsplit
 from pydantic import Field, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.records.dates import time_zone
 from hydrofdi.records.description import FormatConfig, SamplesConfig, channel_mistakes
+from hydrofdi.records.times import time_zone
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.validation import read_yaml, validated
 

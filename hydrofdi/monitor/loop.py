@@ -21,8 +21,8 @@ from hydrofdi.monitor.outlets import Outlets, Receiver
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.store import WHOLE, StateStore
 from hydrofdi.monitor.window_log import WindowLog
-from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.settings.readable import time_text
 
 _log = logging.getLogger(__name__)

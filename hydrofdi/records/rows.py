@@ -15,8 +15,8 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import Titled, is_unit, split_title
-from hydrofdi.records.dates import Instant, instant, seconds_since
 from hydrofdi.records.description import FormatConfig
+from hydrofdi.records.times import Instant, instant, seconds_since
 
 Parsed = TypeVar("Parsed")
 

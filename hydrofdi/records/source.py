@@ -26,7 +26,6 @@ from hydrofdi.records.cutting import (
     short_stroke,
     trimmed,
 )
-from hydrofdi.records.dates import instant
 from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.description import (
     OF_STREAMS,
@@ -39,6 +38,7 @@ from hydrofdi.records.description import (
 from hydrofdi.records.headers import completed, suggested_description
 from hydrofdi.records.opening import open_table
 from hydrofdi.records.recording import Recording, recording_of
+from hydrofdi.records.times import instant
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.evenness import other_unit, uneven_window
 from hydrofdi.records.stuck import Direction, drive_edges, frozen_time, must_change
+from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings.messages import counted
 
 _FARTHEST = 1e11

@@ -20,10 +20,9 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named
-from hydrofdi.records.dates import Instant, is_dated, since_first
 from hydrofdi.records.description import FormatConfig
 from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, Reading, RowReader, require_text, runs, wrong_encoding
-from hydrofdi.records.times import titles_of_time
+from hydrofdi.records.times import Instant, is_dated, since_first, titles_of_time
 
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26

@@ -27,8 +27,7 @@ from hydrofdi.records import array_reader
 from hydrofdi.records.batch import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named, split_title
 from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.long import LongTable
-from hydrofdi.records.text import TextTable, blocks_of
+from hydrofdi.records.text import LongTable, TextTable, blocks_of
 from hydrofdi.records.times import instant, is_dated, seconds_since, since_first
 from hydrofdi.settings.messages import nearest
 

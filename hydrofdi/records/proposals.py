@@ -13,11 +13,10 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.columns import MOST_SHOWN, RejectionError, is_unit, shortened, split_title
 from hydrofdi.records.description import FormatConfig, unit_mistake
 from hydrofdi.records.dialects import below_preamble, encoding_of, long_form, thousands_of
-from hydrofdi.records.long import last_part
 from hydrofdi.records.opening import open_table
 from hydrofdi.records.proposed_time import Proposal, clocks_of, step_of, time_lines, time_of
 from hydrofdi.records.rows import MISSING_LIKE
-from hydrofdi.records.text import TextTable
+from hydrofdi.records.text import TextTable, last_part
 
 _WITHOUT_UNIT = {"LabVIEW Measurement": "s", "SampleTime[ms]": "ms"}
 """Text above the rows of a program → the unit of its column of time, which it does not state."""

@@ -19,8 +19,8 @@ from hydrofdi.indicators.nominal_actuator import constants_not_given
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Channel
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
+from hydrofdi.records.cutting import found_period
 from hydrofdi.records.source import write_description
-from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.tables.answer import Answer, Piece, Strong

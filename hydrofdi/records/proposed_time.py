@@ -21,9 +21,9 @@ from hydrofdi.records.columns import (
     split_title,
     unit_by_name,
 )
+from hydrofdi.records.defects import update_rate
 from hydrofdi.records.description import MeasuredConfig, known_unit
 from hydrofdi.records.dialects import CHANNELS, date_format
-from hydrofdi.records.stuck import update_rate
 from hydrofdi.records.text import TextTable
 from hydrofdi.records.times import counts_samples, is_dated, likely_unit, named_time, sampling_of_times
 from hydrofdi.units import parse_unit, similar_units, zero_of

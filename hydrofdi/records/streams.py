@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.stuck import Direction, drive_edges, frozen_time, must_change
+from hydrofdi.records.cutting import Direction, drive_edges
+from hydrofdi.records.defects import frozen_time, must_change
 from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings.messages import counted
 

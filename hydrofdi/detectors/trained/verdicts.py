@@ -15,7 +15,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.stuck import update_rate
+from hydrofdi.records.defects import update_rate
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import ZEROS
 

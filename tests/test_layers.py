@@ -46,7 +46,7 @@ HOMES = {
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py", "api/plants.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
-    "pyarrow": ("tables/table.py", "records/opening.py", "records/writing.py"),
+    "pyarrow": ("tables/table.py", "records/files.py"),
     "xarray": ("api/", "tables/table.py"),
     "pandas": ("api/", "tables/table.py"),
     "numba": ("compilation/",),

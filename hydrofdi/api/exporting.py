@@ -16,7 +16,7 @@ from hydrofdi.api.stored import rows_named
 from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
-from hydrofdi.records.writing import OWN, WRITERS, selection
+from hydrofdi.records.files import OWN, WRITERS, selection
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS

@@ -19,8 +19,8 @@ from hydrofdi.detectors.trained.file import is_detector
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import Address, is_mqtt, load_monitor_config
 from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records.files import titled
 from hydrofdi.records.streams import Chunk
-from hydrofdi.records.writing import titled
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.loop import Ending

@@ -15,7 +15,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.columns import Table, channel_named
 from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.opening import open_table
+from hydrofdi.records.files import open_table
 from hydrofdi.records.text import TextTable, last_part
 from hydrofdi.records.times import instant
 

@@ -35,8 +35,8 @@ from hydrofdi.records.description import (
     names_of_path,
     path_pattern,
 )
-from hydrofdi.records.headers import completed, suggested_description
-from hydrofdi.records.opening import open_table
+from hydrofdi.records.files import open_table
+from hydrofdi.records.proposals import completed, suggested_description
 from hydrofdi.records.recording import Recording, recording_of
 from hydrofdi.records.times import instant
 from hydrofdi.settings.validation import read_yaml, validated

@@ -17,8 +17,7 @@ from hydrofdi.api.sources import Described, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.nominal_actuator import constants_not_given
 from hydrofdi.indicators.selection import make_indicators
-from hydrofdi.records import Channel
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
+from hydrofdi.records import INFERRED_SAMPLING, Array, Channel, RecordBatch
 from hydrofdi.records.cutting import found_period
 from hydrofdi.records.source import write_description
 from hydrofdi.settings.messages import counted

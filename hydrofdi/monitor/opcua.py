@@ -25,7 +25,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
 from hydrofdi.monitor.sources import Position, StreamSource, joined
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, factor_to_si
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind

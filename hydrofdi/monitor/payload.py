@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import joined, malformed
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, Titled, columns_of, split_title
 from hydrofdi.records.description import is_counts
 from hydrofdi.records.rows import runs

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.description import ChannelConfig, is_counts, known_unit, unit_mistake
 from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import Unit, parse_unit, similar_units, zero_of

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import Array, Channel, RecordBatch
+from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.columns import RejectionError
 from hydrofdi.records.description import CyclesConfig, SegmentConfig, TrimConfig
 from hydrofdi.records.recording import Recording

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from hydrofdi.records.batch import Array, Channel, RecordBatch
+from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section, field_quantity
 from hydrofdi.settings.readable import shown_quantity
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.recording import Recording
 from hydrofdi.settings import readable as usual

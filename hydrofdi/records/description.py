@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section

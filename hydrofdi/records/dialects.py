@@ -12,7 +12,7 @@ from itertools import product
 from pathlib import Path
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.columns import Table, channel_named
 from hydrofdi.records.description import FormatConfig
 from hydrofdi.records.files import open_table

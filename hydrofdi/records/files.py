@@ -26,8 +26,7 @@ from typing import IO, Any, cast
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records import array_reader
-from hydrofdi.records.batch import Array, Channel, RecordBatch
+from hydrofdi.records import Array, Channel, RecordBatch, array_reader
 from hydrofdi.records.columns import (
     MOST_BYTES,
     RejectionError,

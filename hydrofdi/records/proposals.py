@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import (
     MOST_SHOWN,
     RejectionError,

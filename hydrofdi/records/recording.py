@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel
+from hydrofdi.records import INFERRED_SAMPLING, Array, Channel
 from hydrofdi.records.columns import ReadColumn, RejectionError, Table, columns_of, unknown_header_unit
 from hydrofdi.records.description import MeasuredConfig, is_counts
 from hydrofdi.records.times import (

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import Array
+from hydrofdi.records import Array
 from hydrofdi.records.columns import Titled, is_unit, split_title
 from hydrofdi.records.description import FormatConfig
 from hydrofdi.records.times import Instant, instant, seconds_since

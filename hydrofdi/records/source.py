@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
-from hydrofdi.records.batch import Array, Channel, RecordBatch, RejectedRecord
+from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.columns import RejectionError, Table
 from hydrofdi.records.cutting import (
     cycles_of,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.cutting import Direction, drive_edges
 from hydrofdi.records.defects import frozen_time, must_change
 from hydrofdi.records.times import other_unit, uneven_window

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array
+from hydrofdi.records import Array
 from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, channel_named, damage_named
 from hydrofdi.records.description import FormatConfig, LongConfig
 from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, Reading, RowReader, require_text, runs, wrong_encoding

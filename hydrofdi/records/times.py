@@ -12,7 +12,7 @@ from zoneinfo import ZoneInfo, available_timezones
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import Array
+from hydrofdi.records import Array
 from hydrofdi.records.columns import (
     ReadColumn,
     RejectionError,

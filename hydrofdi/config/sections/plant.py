@@ -12,7 +12,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, WithJsonSchema, field_va
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.description import Model, Variable, digest_of, read_model
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.ready import located

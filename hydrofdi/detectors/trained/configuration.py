@@ -22,8 +22,7 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
-from hydrofdi.records import Array
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.streams import CycleWindower, TimeWindower, Windower
 from hydrofdi.settings.messages import describe_error, listed, nearest
 from hydrofdi.settings.quantities import SI, Section

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.trend import trend as trend
     from hydrofdi.config import load_experiment as load_experiment
     from hydrofdi.errors import HydrofdiError as HydrofdiError
-    from hydrofdi.settings.ready import schema as schema
+    from hydrofdi.settings.files import schema as schema
     from hydrofdi.tables.table import Table as Table
 
 _HOMES = {
@@ -77,7 +77,7 @@ _HOMES = {
         "config": "load_experiment",
         "errors": "HydrofdiError",
         "tables.table": "Table",
-        "settings.ready": "schema",
+        "settings.files": "schema",
     }.items()
     for name in names.split()
 }

@@ -24,9 +24,8 @@ from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table
 from hydrofdi.report.detection.record import detection_records, study_record
+from hydrofdi.settings.files import Source, validated
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Source
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.measured import measured_study, require_labels
 from hydrofdi.studies.reading import made_scores

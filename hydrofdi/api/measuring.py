@@ -17,8 +17,8 @@ from hydrofdi.indicators.registry import Description, describe, indicator_names
 from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.report.forms.measures import measures_table
+from hydrofdi.settings.files import plain
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.yaml_source import plain
 from hydrofdi.tables.table import Table
 
 Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]

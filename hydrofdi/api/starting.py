@@ -16,12 +16,19 @@ from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.oil import KELVIN
 from hydrofdi.records.data_sheet import StatedMachine, data_sheet_lines
+from hydrofdi.settings.files import (
+    Source,
+    parse_yaml,
+    ready_copy,
+    ready_folder,
+    ready_names,
+    ready_summary,
+    scalar,
+    validated,
+)
+from hydrofdi.settings.files import plain as plain_data
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.readable import plain
-from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names, ready_summary
-from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Source, parse_yaml, scalar
-from hydrofdi.settings.yaml_source import plain as plain_data
 from hydrofdi.tables.table import Table
 from hydrofdi.units import convert
 

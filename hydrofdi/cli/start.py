@@ -68,7 +68,7 @@ def configs(
     Their names work wherever a command takes a configuration: 'hydrofdi sweep table3'. A file of your own
     with the same name takes precedence.
     """
-    from hydrofdi.settings.ready import ready_copy, ready_hint, ready_names, ready_summary
+    from hydrofdi.settings.files import ready_copy, ready_hint, ready_names, ready_summary
     from hydrofdi.tables.answer import Reply
 
     asked = (name or "").removeprefix("configs/").removesuffix(".yaml").rstrip("/")

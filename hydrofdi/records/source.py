@@ -39,8 +39,7 @@ from hydrofdi.records.files import open_table
 from hydrofdi.records.proposals import completed, suggested_description
 from hydrofdi.records.recording import Recording, recording_of
 from hydrofdi.records.times import instant
-from hydrofdi.settings.validation import read_yaml, validated
-from hydrofdi.settings.yaml_source import Source
+from hydrofdi.settings.files import Source, read_yaml, validated
 
 MOST_SAMPLES = 2**22
 """Most samples, over all channels, of a batch with more than one record: 32 MiB."""

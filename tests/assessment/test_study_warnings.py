@@ -13,7 +13,7 @@ from hydrofdi.execution import InProcessEngine
 from hydrofdi.execution.checks import STUDY_RULES, other_machines, said, without_results
 from hydrofdi.papers import make_report
 from hydrofdi.quality.machine import long_steps
-from hydrofdi.settings.ready import ready_names
+from hydrofdi.settings.files import ready_names
 
 STUDY = """
 name: few

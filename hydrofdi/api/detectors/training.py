@@ -29,9 +29,8 @@ from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.detection.populations import n_computed_of
+from hydrofdi.settings.files import located, plain
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.yaml_source import plain
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords

@@ -12,10 +12,10 @@ from hydrofdi.detectors.rules import ChartConfig, chart_kind, chart_names, score
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.selection import indicators_file, label_mistake
+from hydrofdi.settings.files import Keys as Path
+from hydrofdi.settings.files import Source, validated
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Path, Source
 
 CHANGE = " (change)"
 """Suffix of the name of a number that is a change since an earlier record."""

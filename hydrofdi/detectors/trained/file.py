@@ -20,11 +20,10 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constants
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.data_sheet import is_other
+from hydrofdi.settings.files import dotted, known_keys
 from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import plain, readable_unit, shown_quantity
-from hydrofdi.settings.validation import known_keys
-from hydrofdi.settings.yaml_source import dotted
 from hydrofdi.units import convert
 
 SCHEMA = "hydrofdi.detector"

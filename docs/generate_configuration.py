@@ -29,8 +29,8 @@ from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet_configuration import FleetConfig
 from hydrofdi.records.description import MeasuredConfig
+from hydrofdi.settings.messages import typeset
 from hydrofdi.settings.quantities import Section, field_texts
-from hydrofdi.settings.readable import typeset
 
 DOCS, CONFIGS = Path(__file__).parent, Path(__file__).parent.parent / "configs"
 PACKAGE = Path(__file__).parent.parent / "hydrofdi"

@@ -20,8 +20,7 @@ from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import INFERRED_SAMPLING, Array, Channel, RecordBatch
 from hydrofdi.records.cutting import found_period
 from hydrofdi.records.source import write_description
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import readable_unit
+from hydrofdi.settings.messages import counted, readable_unit
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Table, plain
 from hydrofdi.units import convert, parse_unit

@@ -21,8 +21,7 @@ from hydrofdi.config.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts, remedy_lines
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.store.experiment_data import MISSING
 from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
 from hydrofdi.tables.answer import Answer, Piece

@@ -28,8 +28,7 @@ from hydrofdi.engine import limited
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.records.data_sheet import StatedMachine
-from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.settings.messages import nearest, shown_quantity
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable

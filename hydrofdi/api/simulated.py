@@ -18,8 +18,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.sensing import measured_batch
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.simulation.balances import Outcome
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import records

@@ -27,8 +27,7 @@ from hydrofdi.settings.files import (
     validated,
 )
 from hydrofdi.settings.files import plain as plain_data
-from hydrofdi.settings.messages import brief, nearest
-from hydrofdi.settings.readable import plain
+from hydrofdi.settings.messages import brief, nearest, plain
 from hydrofdi.tables.table import Table
 from hydrofdi.units import convert
 

@@ -144,7 +144,7 @@ def indicators(
 
 
 def _described(indicator: Description) -> Iterator[Any]:
-    from hydrofdi.settings.readable import typeset
+    from hydrofdi.settings.messages import typeset
     from hydrofdi.tables.answer import Strong
     from hydrofdi.tables.table import Table
 

@@ -23,7 +23,7 @@ from hydrofdi.monitor.store import WHOLE, StateStore
 from hydrofdi.monitor.window_log import WindowLog
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.records.times import FIRST_DATE
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import time_text
 
 _log = logging.getLogger(__name__)
 

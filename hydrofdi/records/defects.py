@@ -12,7 +12,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.recording import Recording
-from hydrofdi.settings import readable as usual
+from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import ABOVE, BELOW, parse_quantity
 

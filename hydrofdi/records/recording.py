@@ -22,8 +22,7 @@ from hydrofdi.records.times import (
     sampling_of_times,
     time_column,
 )
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.settings.messages import counted, shown_quantity
 from hydrofdi.units import gauge_unit
 
 _FEWER = 0.99

@@ -19,7 +19,7 @@ from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_dete
 from hydrofdi.detectors.trained.judged import Tally, judged_windows
 from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.settings.readable import percent
+from hydrofdi.settings.messages import percent
 from hydrofdi.store.files import require_regular, write_whole_text
 from hydrofdi.tables.table import Table
 

@@ -20,8 +20,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.columns import RejectionError
 from hydrofdi.records.recording import samples_of
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, number_text
+from hydrofdi.settings.messages import HOLE, counted, number_text
 from hydrofdi.tables.table import Column, Table, quantity
 
 

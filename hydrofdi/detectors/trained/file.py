@@ -21,9 +21,8 @@ from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constant
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.data_sheet import is_other
 from hydrofdi.settings.files import dotted, known_keys
-from hydrofdi.settings.messages import describe_error
+from hydrofdi.settings.messages import describe_error, plain, readable_unit, shown_quantity
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import plain, readable_unit, shown_quantity
 from hydrofdi.units import convert
 
 SCHEMA = "hydrofdi.detector"

@@ -27,7 +27,7 @@ from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.records import Array
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import time_text
 
 _MOST_FOLDS = 25
 """Maximum number of cross-validation folds; with more groups, several are left out at a time."""

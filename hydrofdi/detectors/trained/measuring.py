@@ -17,7 +17,7 @@ from hydrofdi.indicators import Output, measure
 from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Window
-from hydrofdi.settings.readable import number_text
+from hydrofdi.settings.messages import number_text
 from hydrofdi.units import convert
 
 TEMPERATURE = Channel.OIL_TEMPERATURE

@@ -42,7 +42,7 @@ from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_cons
 from hydrofdi.indicators.wrong_sheet import likeliest_wrong, sentence
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.cutting import found_period
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import time_text
 
 
 def train(

@@ -16,7 +16,7 @@ from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.defects import update_rate
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.settings.messages import shown_quantity
 from hydrofdi.units import ZEROS
 
 Ranges = Mapping[str, tuple[float, float]]

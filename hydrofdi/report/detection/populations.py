@@ -16,7 +16,7 @@ from hydrofdi.evaluation.sensitivity import EquivalentFault, Spread
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
-from hydrofdi.settings.readable import HOLE, two_digits
+from hydrofdi.settings.messages import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import STATUS
 from hydrofdi.studies.parts import Nuisance, nuisances_of

@@ -11,7 +11,7 @@ from typing import Any
 
 from hydrofdi.config.sections.plant import INPUTS, OUTPUTS
 from hydrofdi.errors import ConfigError
-from hydrofdi.fmi.description import Model, Variable, read_model
+from hydrofdi.fmi import Model, Variable, read_model
 from hydrofdi.settings.messages import counted, number_text
 from hydrofdi.store.files import write_whole_text
 from hydrofdi.tables.answer import Answer, Piece, Strong

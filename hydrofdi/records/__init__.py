@@ -80,6 +80,10 @@ class RejectedRecord:
     label: str = ""
 
 
+_OF_RECORDS = {"sources": "", "groups": "", "remarks": (), "dates": math.nan}
+"""Attribute with one entry per record → the entry of each record if it is omitted."""
+
+
 @dataclass(frozen=True)
 class RecordBatch:
     """Records without the true parameters behind them.
@@ -134,20 +138,11 @@ class RecordBatch:
     def __post_init__(self) -> None:
         """Fill in what is omitted, and check that all attributes have the same number of records."""
         n_record = self.n_record
-        defaults: dict[str, tuple[Any, ...]] = {
-            "sources": ("",), "groups": ("",), "remarks": ((),), "dates": (math.nan,)
-        }  # fmt: skip
-        for name, value in defaults.items():
+        for name, value in _OF_RECORDS.items():
             if not getattr(self, name):
-                object.__setattr__(self, name, value * n_record)
-        columns = (
-            self.sources,
-            self.groups,
-            self.remarks,
-            self.dates,
-            *([] if self.labels is None else [self.labels]),
-        )
-        if any(len(column) != n_record for column in columns):
+                object.__setattr__(self, name, (value,) * n_record)
+        names = _OF_RECORDS if self.labels is None else (*_OF_RECORDS, "labels")
+        if any(len(getattr(self, name)) != n_record for name in names):
             raise ValueError("sources, groups, remarks, dates and labels have one entry per record")
         if len({samples.shape for samples in self.channels.values()} | {(n_record, self.n_time)}) > 1:
             raise ValueError("all channels have the shape (n_record, n_time)")
@@ -190,18 +185,10 @@ class RecordBatch:
 
     def rows(self, positions: Sequence[int]) -> RecordBatch:
         """Some of the records, without the rejected ones."""
-        chosen = list(positions)
-        return replace(
-            self,
-            channels={channel: samples[chosen] for channel, samples in self.channels.items()},
-            record_ids=tuple(self.record_ids[row] for row in chosen),
-            sources=tuple(self.sources[row] for row in chosen),
-            groups=tuple(self.groups[row] for row in chosen),
-            remarks=tuple(self.remarks[row] for row in chosen),
-            dates=tuple(self.dates[row] for row in chosen),
-            labels=None if self.labels is None else tuple(self.labels[row] for row in chosen),
-            rejected=(),
-        )
+        chosen, names = list(positions), ("record_ids", *_OF_RECORDS, *["labels"] * (self.labels is not None))
+        entries: dict[str, Any] = {name: tuple(getattr(self, name)[row] for row in chosen) for name in names}
+        channels = {channel: samples[chosen] for channel, samples in self.channels.items()}
+        return replace(self, channels=channels, rejected=(), **entries)
 
     def window(self, first: int, stop: int | None = None) -> RecordBatch:
         """The samples from `first` to before `stop`, as views."""
@@ -214,18 +201,9 @@ class RecordBatch:
 
     def blinded(self) -> RecordBatch:
         """The same samples of numbered records, without ids, sources, groups, remarks, units and labels."""
-        numbers = tuple(map(str, range(self.n_record)))
-        return replace(
-            self,
-            record_ids=numbers,
-            sources=(),
-            groups=(),
-            remarks=(),
-            rejected=(),
-            units={},
-            dates=(),
-            labels=None,
-        )
+        nothing: dict[str, Any] = dict.fromkeys((*_OF_RECORDS, "rejected"), ())
+        ids = tuple(map(str, range(self.n_record)))
+        return replace(self, record_ids=ids, units={}, labels=None, **nothing)
 
 
 class RecordSource(Protocol):

@@ -74,16 +74,6 @@ class Table(Titled, ABC):
 
     remarks: tuple[Issue, ...] = ()
 
-    @property
-    def has_decimal_commas(self) -> bool:
-        """Whether numbers seem to have decimal commas, contrary to the description."""
-        return False
-
-    @property
-    def has_numbers(self) -> bool:
-        """Whether there are numbers or dates below the titles."""
-        return True
-
     def row_place(self, row: int) -> str:
         """A row, numbered from 0, for messages."""
         return f"sample {row + 1}"

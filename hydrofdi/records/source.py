@@ -407,10 +407,9 @@ def matching_files(folder: Path, pattern: str) -> list[Path]:
 
 def in_natural_order(paths: Iterable[Path]) -> list[Path]:
     """Paths in natural order: numbers in them are sorted by value."""
-    return sorted(paths, key=lambda path: _natural(path.as_posix()))
+    return sorted(paths, key=lambda path: (_natural(path.as_posix()), path.as_posix()))
 
 
-def _natural(text: str) -> tuple[list[tuple[str, int]], str]:
-    pieces = _DIGITS.split(text)
-    numbers = [int(piece) for piece in pieces[1::2]] + [0]
-    return list(zip(pieces[::2], numbers, strict=True)), text
+def _natural(text: str) -> list[int | str]:
+    """Texts and, at odd positions, the numbers between them."""
+    return [int(piece) if n % 2 else piece for n, piece in enumerate(_DIGITS.split(text))]

@@ -207,8 +207,7 @@ class TextTable(Table):
 
     def texts(self, position: int) -> list[str]:
         """All cells of a column, of rows that are not cut off."""
-        lines = (line for _, block in self._row_blocks() for line in block if not self._rows.is_empty(line))
-        rows = (self._rows.cells([line])[0] for line in lines)
+        rows = (self._rows.cells([line])[0] for _, line in self._row_lines())
         return [cells[position].strip() for cells in rows if len(cells) >= max(1, self._usual)]
 
     def load(self, positions: Sequence[int]) -> None:
@@ -267,14 +266,15 @@ class TextTable(Table):
 
     def row_place(self, row: int) -> str:
         """File and line of a row, and of the first line for -1."""
-        lines = (
-            line
-            for number, block in self._row_blocks()
-            for line, text in enumerate(block, number)
-            if not self._rows.is_empty(text)
+        numbers = (number for number, _ in self._row_lines())
+        return (
+            f"{self.place}:{self._lines[0] if row < 0 else next(islice(numbers, row, None), self._lines[-1])}"
         )
-        line = self._lines[0] if row < 0 else next(islice(lines, row, None), self._lines[-1])
-        return f"{self.place}:{line}"
+
+    def _row_lines(self) -> Iterator[tuple[int, str]]:
+        """Lines of rows with their numbers."""
+        for number, block in self._row_blocks():
+            yield from (each for each in enumerate(block, number) if not self._rows.is_empty(each[1]))
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""

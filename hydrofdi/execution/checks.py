@@ -22,9 +22,8 @@ from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.quality.machine import Distinct, at_speed, is_near_band_edge, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import counted, typeset
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 
 MOST_RECORDS = 200

@@ -13,8 +13,8 @@ from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, sta
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
 from hydrofdi.errors import ConfigError
-from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__
 

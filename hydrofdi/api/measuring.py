@@ -16,7 +16,7 @@ from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures, 
 from hydrofdi.indicators.registry import Description, describe, indicator_names
 from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_indicators, of_machine
 from hydrofdi.records import Channel
-from hydrofdi.report.forms.measures import measures_table
+from hydrofdi.report.measures import measures_table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.yaml_source import plain
 from hydrofdi.tables.table import Table
@@ -148,7 +148,7 @@ def write_measures(
     path: Path, form: str, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     """Write what was measured, whole or not at all, as ``csv``, ``json`` or ``parquet``."""
-    from hydrofdi.report.forms.measures import OWN, csv_lines, json_parts, write_parquet
+    from hydrofdi.report.measures import OWN, csv_lines, json_parts, write_parquet
     from hydrofdi.store.files import require_own, whole_file
 
     require_own(path, OWN[form], "a table of measured indicators")

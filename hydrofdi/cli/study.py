@@ -237,13 +237,13 @@ def report(
             tell(f"drew {target}: {write_figure(made, target, figure.stem)}")
             out = None if target == out else out
         if html:
-            from hydrofdi.report.forms.page import write_page
+            from hydrofdi.report.page import write_page
 
             page = page or made.path.with_suffix(".html")
             write_page(made, page)
             tell(f"wrote {page}")
         if out is not None:
-            from hydrofdi.report.forms.page import write_all_forms
+            from hydrofdi.report.page import write_all_forms
 
             lines = [*write_all_forms(made, out)]
             lost = [line for line in lines if not line.startswith("wrote ")]
@@ -262,7 +262,7 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
 
 
 def _print(made: ComposedReport, form: str, full: bool) -> None:
-    from hydrofdi.report.forms.page import render_json, render_latex, render_markdown
+    from hydrofdi.report.page import render_json, render_latex, render_markdown
     from hydrofdi.tables.answer import Reply
     from hydrofdi.tables.table import Table
 

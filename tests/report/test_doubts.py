@@ -9,7 +9,7 @@ from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
 from hydrofdi.report.figures import draw_all, write_figure
-from hydrofdi.report.forms.page import render_json, write_all_forms
+from hydrofdi.report.page import render_json, write_all_forms
 from hydrofdi.store.folder import write_request
 from tests.commands import run_json
 from tests.conftest import SMALL, sweep_in

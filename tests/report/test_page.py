@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval
-from hydrofdi.report.forms.page import write_page
+from hydrofdi.report.page import write_page
 from hydrofdi.tables.table import Column, Table, quantity
 from tests.browser import needs_chromium, open_page, requests_of_the_page, serious_faults
 

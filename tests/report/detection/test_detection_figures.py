@@ -9,7 +9,7 @@ import pytest
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import ReportError
 from hydrofdi.report.figures import draw_figure, write_figure
-from hydrofdi.report.forms.page import write_page
+from hydrofdi.report.page import write_page
 from hydrofdi.studies.detecting import detect
 from tests.report.detection.made_up import judged, made_up_records, made_up_score, report_of
 

@@ -42,7 +42,7 @@ _SHORT = 16
 def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:
     """The report as HTML."""
     blocks = [block for block in document.blocks if block.paragraphs or block.shown_tables or block.figures]
-    style = files("hydrofdi.report.forms").joinpath("page.css").read_text(encoding="utf-8")
+    style = files("hydrofdi.report").joinpath("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
     lines = [
         "<!DOCTYPE html>",

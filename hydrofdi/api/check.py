@@ -35,7 +35,7 @@ from hydrofdi.quality.machine import (
     step_limits,
     too_long_sentence,
 )
-from hydrofdi.report.wording import modulus_column
+from hydrofdi.report.runs import modulus_column
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number

@@ -15,8 +15,7 @@ from hydrofdi.config.runs import spread
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.document import Block
 from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
-from hydrofdi.report.runs import Array
-from hydrofdi.report.wording import signed
+from hydrofdi.report.runs import Array, signed
 from hydrofdi.settings.readable import number_text
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names

@@ -10,7 +10,7 @@ from hydrofdi.evaluation.scores import Population
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.document import Block
-from hydrofdi.report.wording import joined
+from hydrofdi.report.runs import joined
 from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
 from hydrofdi.studies.truth import REFERENCE_PRESSURE, Estimates
 from hydrofdi.tables.table import Table, finite, group_breaks

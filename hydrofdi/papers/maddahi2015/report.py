@@ -13,12 +13,18 @@ from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Mask, Standing, alarms
 from hydrofdi.papers.maddahi2015.study import CLAIM_SETS, CORE, ScenarioStudy, StudyData, sealed_outcomes
 from hydrofdi.quality.measures import samples_per_period
-from hydrofdi.report import sections
 from hydrofdi.report.composition import rms_table
-from hydrofdi.report.document import Block, FigureKind
+from hydrofdi.report.document import (
+    Block,
+    FigureKind,
+    answers,
+    doubts_blocks,
+    holes_block,
+    provenance_block,
+    remarks_block,
+)
 from hydrofdi.report.indicators import indicators_block
-from hydrofdi.report.runs import Array, RunTable
-from hydrofdi.report.wording import joined, modulus_text
+from hydrofdi.report.runs import Array, RunTable, joined, modulus_text
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.layout import names
@@ -50,33 +56,31 @@ class StudyReport(StudyData):
 
     def blocks(self) -> Iterator[Block | None]:
         """The sections of the report."""
-        yield sections.remarks_block(self.data)
+        yield remarks_block(self.data)
         if self.scenarios is not None:
-            yield from sections.answers(
-                Block("guarded", "Required claims, in all feasible scenarios", required(self))
-            )
-            yield from sections.doubts_blocks(self.data)
+            yield from answers(Block("guarded", "Required claims, in all feasible scenarios", required(self)))
+            yield from doubts_blocks(self.data)
             answer, controls = scenario_blocks(self.scenarios)
-            yield from sections.answers(answer)
+            yield from answers(answer)
             yield controls
             yield indicators_block(self.indicators)
-            yield sections.provenance_block(self.data)
+            yield provenance_block(self.data)
             return
-        yield sections.holes_block(self.data)
-        yield from sections.doubts_blocks(self.data)
+        yield holes_block(self.data)
+        yield from doubts_blocks(self.data)
         yield from (replace(block, is_answer=False) for block, _ in self.views)
         yield from table3_blocks(self)
         yield settled_block(self)
         yield table2_block(self)
         standing, phases = standing_blocks(self) if self.has_baseline else (None, None)
         yield claims_block(self)
-        yield from sections.answers(standing)
+        yield from answers(standing)
         yield phases
         yield reference_block(self)
         yield indicators_block(self.indicators)
         figures = ("figure2", "figure3", "figure4")
         yield Block("signals", "Signals and details", figures=figures)
-        yield sections.provenance_block(self.data)
+        yield provenance_block(self.data)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.

@@ -30,8 +30,7 @@ from hydrofdi.papers.maddahi2015.claims import (
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.composition import Report
 from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
-from hydrofdi.report.runs import RunTable, normal_bulk_modulus
-from hydrofdi.report.wording import modulus_text
+from hydrofdi.report.runs import RunTable, modulus_text, normal_bulk_modulus
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
 

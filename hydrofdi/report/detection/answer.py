@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
-from hydrofdi.report.wording import capitalized, joined
+from hydrofdi.report.runs import capitalized, joined
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.records import Detection, Judgement

@@ -11,12 +11,21 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.detectors.scores.contract import has_extra
-from hydrofdi.report import run_lengths, sections
+from hydrofdi.report import run_lengths
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import finds
-from hydrofdi.report.document import Block, Document, FigureKind
+from hydrofdi.report.document import (
+    Block,
+    Document,
+    FigureKind,
+    answers,
+    document_of,
+    doubts_blocks,
+    holes_block,
+    provenance_block,
+    remarks_block,
+)
 from hydrofdi.report.run_lengths import estimates_block
-from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import STATUS
 from hydrofdi.studies.charts import judge_charts
@@ -86,14 +95,14 @@ class DetectionReport:
     def document(self) -> Document:
         """The sections of the report."""
         first, data, is_complete = self.detections[0], self.data, self.is_complete
-        missing = (sections.remarks_block(data), sections.holes_block(data)) if data else ()
+        missing = (remarks_block(data), holes_block(data)) if data else ()
         after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
         found = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing),
-            *(sections.doubts_blocks(data) if data else ()),
+            *(doubts_blocks(data) if data else ()),
             *answers(found, self._training),
             populations.populations_block(first, data.experiment if data else None),
             answer.ranking_block(first),

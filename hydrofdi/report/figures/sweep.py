@@ -15,8 +15,7 @@ from hydrofdi.config.runs import spread
 from hydrofdi.report.figures.style import BLUE, INK, log_axis
 from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import AGAINST, RANGES, Axis, AxisResponses, Feature, ResponseStudy
-from hydrofdi.report.runs import Array
-from hydrofdi.report.wording import signed
+from hydrofdi.report.runs import Array, signed
 from hydrofdi.settings.readable import number_text
 
 _MOST_AXES, _MOST_FEATURES = 6, 8

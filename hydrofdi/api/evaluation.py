@@ -22,8 +22,13 @@ from hydrofdi.indicators.selection import assumed_plants, of_machine
 from hydrofdi.records.copies import Copies, pairs
 from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
-from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table
-from hydrofdi.report.detection.record import detection_records, study_record
+from hydrofdi.report.detection.record import (
+    conclusion,
+    detection_records,
+    labelled_table,
+    pairs_table,
+    study_record,
+)
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source

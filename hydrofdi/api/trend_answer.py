@@ -189,7 +189,7 @@ class Trend(Answer, TrendEstimates):
 
     def plot(self) -> Figure:
         """The points, the level with its interval, the onset, the limit and when it is reached."""
-        from hydrofdi.report.figures.trend import draw_trend
+        from hydrofdi.report.figures.signals import draw_trend
 
         used, draws = self.points.is_used, self.draws
         unit = "" if self.history.is_dated else "days" if self.every >= DAY / 2 else "min"

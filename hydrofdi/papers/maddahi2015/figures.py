@@ -17,8 +17,8 @@ from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import ABSENT, CLAIMS, Outcome
 from hydrofdi.papers.maddahi2015.study import CLAIM_SETS, ScenarioStudy, StudyData
 from hydrofdi.report.document import FigureKind
+from hydrofdi.report.figures import BLUE, GREEN, INK, ORANGE, RULE, series, time_axis
 from hydrofdi.report.figures.signals import PANELS, draw_beside
-from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE, series, time_axis
 from hydrofdi.report.runs import kilopascal, mode_name
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import detail_coefficients

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hydrofdi.config.runs import spread
-from hydrofdi.report.figures.style import BLUE, INK, log_axis
+from hydrofdi.report.figures import BLUE, INK, log_axis
 from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import AGAINST, RANGES, Axis, AxisResponses, Feature, ResponseStudy
 from hydrofdi.report.runs import Array, signed

@@ -1,4 +1,4 @@
-"""Panels of scores: their values in each population, and alarms of those whose seal is sound."""
+"""Panels of scores and severities: values in each population, false alarms, ROC, probability of detection."""
 
 from __future__ import annotations
 
@@ -8,11 +8,38 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.errors import ReportError
+from hydrofdi.errors import NotStatedError, ReportError
+from hydrofdi.evaluation.roc import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
-from hydrofdi.report.detection.wording import chosen_levels, foremost, sensors, tested
-from hydrofdi.report.figures import style
+from hydrofdi.report.detection.wording import (
+    SeverityUnit,
+    chosen_levels,
+    foremost,
+    level_of,
+    sensors,
+    severity_unit,
+    tested,
+)
+from hydrofdi.report.figures import (
+    BLUE,
+    COLORS,
+    GREEN,
+    INK,
+    LINES,
+    MARKERS,
+    ORANGE,
+    PAPER,
+    PINK,
+    legend_outside,
+    log_axis,
+    logit_axis,
+    panels,
+    root_percent_axis,
+    row_axis,
+)
 from hydrofdi.settings.readable import readable_unit, typeset
+from hydrofdi.studies.judging import reference_of
+from hydrofdi.studies.parts import part
 from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.units import convert
 
@@ -20,12 +47,7 @@ _MOST, _MOST_LEVELS = 6, 7
 _N_BIN, _WIDEST = 50, 4.0
 """Bins, and how far beyond the healthy scores they reach, in widths of these."""
 
-_COLORS = {
-    Kind.HEALTHY: style.BLUE,
-    Kind.SHIFT: style.GREEN,
-    Kind.CONFUSION: style.PINK,
-    Kind.FAULT: style.ORANGE,
-}
+_COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: PINK, Kind.FAULT: ORANGE}
 
 
 def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
@@ -35,9 +57,9 @@ def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, 
     """
     found = {sensors(each): len(each.scored.channels) for each in detection.judgements}
     ordered = sorted(found, key=lambda name: (-found[name], name))
-    last = len(style.COLORS) - 1
+    last = len(COLORS) - 1
     return {
-        name: {"color": style.COLORS[min(index, last)], "marker": style.MARKERS[min(index, last)]}
+        name: {"color": COLORS[min(index, last)], "marker": MARKERS[min(index, last)]}
         for index, name in enumerate(ordered)
         if name in {sensors(each) for each in shown}
     }
@@ -64,7 +86,7 @@ def _titled(judgement: Judgement, width: int = 30) -> str:
 
 def score_panels(shown: Sequence[Judgement], height: float, **more: Any) -> tuple[Any, list[Any]]:
     """A figure with a panel for each score."""
-    figure, axes = style.panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
+    figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
     for axis, judgement in zip(axes, shown, strict=True):
         axis.set_title(_titled(judgement), fontsize=8.5)
     return figure, axes
@@ -85,7 +107,7 @@ def draw_densities(detection: Detection) -> Any:
     height = 0.9 + 0.28 * len(populations)
     figure, axes = score_panels(shown, height)
     for axis, judgement in zip(axes, shown, strict=True):
-        _draw_one(axis, detection, judgement, populations)
+        _draw_densities(axis, detection, judgement, populations)
     rows = range(len(populations))
     axes[0].set_yticks(rows, [_label(each) for each in populations], fontsize=8)
     axes[0].set_ylim(len(populations) - 0.8, -1.1)
@@ -99,7 +121,7 @@ def _populations(detection: Detection) -> tuple[Population, ...]:
     return tuple(each for each in populations if each.kind in sound or each in chosen)
 
 
-def _draw_one(
+def _draw_densities(
     axis: Any, detection: Detection, judgement: Judgement, populations: tuple[Population, ...]
 ) -> None:
     scores = [judgement.scored.values[detection.records.rows(each)] for each in populations]
@@ -118,7 +140,7 @@ def _draw_one(
             axis.stairs(ridge, edges * scale, baseline=row, fill=True, color=color, alpha=0.35)
             axis.stairs(ridge, edges * scale, baseline=row, color=color, linewidth=0.7)
     for limit in limits:
-        axis.axvline(limit * scale, color=style.INK, linewidth=0.9)
+        axis.axvline(limit * scale, color=INK, linewidth=0.9)
     axis.set_xlim(edges[0] * scale, edges[-1] * scale)
     axis.set_xlabel("score" if unit == "1" else f"score [{typeset(unit)}]", fontsize=8)
     axis.locator_params(axis="x", nbins=4)
@@ -159,11 +181,11 @@ def draw_false_alarms(detection: Detection) -> Any:
     rates = [rate for each in shown for one, rate in each.false_alarms.items() if one in populations]
     highest = max([2.0 * detection.rules.false_alarm_rate, *(rate.high for rate in rates if rate.total)])
     for axis, judgement in zip(axes, shown, strict=True):
-        style.root_percent_axis(axis, 100.0 * highest)
+        root_percent_axis(axis, 100.0 * highest)
         for row, population in enumerate(populations):
             _draw_rate(axis, row, judgement, population, marks[sensors(judgement)])
-        axis.axvline(100.0 * detection.rules.false_alarm_rate, color=style.INK, linewidth=0.9)
-    style.row_axis(axes[0], [population.name for population in populations])
+        axis.axvline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.9)
+    row_axis(axes[0], [population.name for population in populations])
     return figure
 
 
@@ -173,6 +195,136 @@ def _draw_rate(
     rate = judgement.false_alarms.get(population)
     if rate is None or not rate.total:
         return
-    face = {"markerfacecolor": style.PAPER} if population in judgement.counted else {}
+    face = {"markerfacecolor": PAPER} if population in judgement.counted else {}
     axis.plot([100.0 * rate.low, 100.0 * rate.high], [row, row], color=mark["color"], linewidth=1.2)
     axis.plot(100.0 * rate.value, row, **mark, **face, markersize=5, linestyle="none", clip_on=False)
+
+
+_MOST_LINES = 6
+
+_LEAST = 0.001
+"""Smallest rate on the axes."""
+
+
+def draw_roc(detection: Detection) -> Any:
+    """Detections against false alarms: a panel for each of some severities, a line for each score.
+
+    Raises
+    ------
+    ReportError
+        There are no healthy or no faulty records to test.
+    """
+    shown, levels = with_threshold(detection, _MOST_LINES), chosen_levels(detection, 3)
+    if not levels:
+        raise ReportError("no faulty record is tested")
+    unit = severity_unit(detection)
+    styles = _styles(detection, shown)
+    labels = {"x": "false alarms [%]", "y": "detections [%]"}
+    figure, axes = panels(len(levels), 3, width=3.0, height=3.0, sharex=True, sharey=True, **labels)
+    for axis, level in zip(axes, levels, strict=True):
+        for judgement, style in zip(shown, styles, strict=True):
+            if (curve := _curve(detection, judgement, level)) is not None:
+                axis.plot(curve.false_alarm_rate, curve.detection_rate, **style)
+                _draw_threshold(axis, judgement, level, style["color"])
+        axis.set_title(unit.text(level.severity) if level.severity else level.name)
+        _frame(axis, detection)
+    legend_outside(figure, dict(zip(map(_named, shown), styles, strict=True)), 2)
+    return figure
+
+
+def _curve(detection: Detection, judgement: Judgement, level: Population) -> RocCurve | None:
+    records, scored = detection.records, judgement.scored
+    _, healthy, of = reference_of(records, scored, judgement.direction)
+    try:
+        return None if healthy is None else roc_curve(healthy, of(part(records, scored, [level]).scores))
+    except NotStatedError:
+        return None
+
+
+def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: str) -> None:
+    stated = level_of(judgement, level)
+    rates = judgement.false_alarms
+    healthy = [rates[population] for population in rates if population.kind is Kind.HEALTHY]
+    if stated is None or stated.detected is None or not stated.detected.total or not healthy:
+        return
+    place = np.clip([healthy[0].value, stated.detected.value], _LEAST, 1.0 - _LEAST)
+    axis.plot(*place, marker="o", markersize=4, color=color, clip_on=False)
+
+
+def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, Any]]:
+    """A colour for each set of sensors, a line style for each score."""
+    marks = sensor_marks(detection, shown)
+    return [
+        {"color": marks[sensors(judgement)]["color"], "linestyle": LINES[index % len(LINES)]}
+        for index, judgement in enumerate(shown)
+    ]
+
+
+def _frame(axis: Any, detection: Detection) -> None:
+    """Axes, and where there is a curve, chance and the rate that thresholds are set for."""
+    logit_axis(axis.xaxis, _LEAST)
+    logit_axis(axis.yaxis, _LEAST)
+    if axis.lines:
+        ends = [_LEAST, 1.0 - _LEAST]
+        axis.plot(ends, ends, color=INK, linewidth=0.6, linestyle="--")
+        axis.axvline(detection.rules.false_alarm_rate, color=INK, linewidth=0.7)
+
+
+def _named(judgement: Judgement) -> str:
+    name, needs = judgement.scored.name, sensors(judgement)
+    return name if f"({needs})" in name else f"{name} ({needs})"
+
+
+_MOST_CURVES, _POINTS = 6, 201
+"""Panels, and points of a curve."""
+
+
+def draw_pod(detection: Detection) -> Any:
+    """Levels and curve of each, a panel each.
+
+    Raises
+    ------
+    ReportError
+        No fault was tested, or no score has a threshold.
+    """
+    shown = [
+        each
+        for each in with_threshold(detection, _MOST_CURVES)
+        if any(level.detected for level in each.levels)
+    ]
+    if not shown:
+        raise ReportError("no faulty record is tested")
+    marks, unit = sensor_marks(detection, shown), severity_unit(detection)
+    labels = {"x": f"{unit.quantity}{unit.bracket}", "y": "records detected [%]"}
+    figure, axes = score_panels(shown, 2.5, sharex=True, **labels)
+    for axis, judgement in zip(axes, shown, strict=True):
+        _draw_levels(axis, judgement, unit, marks[sensors(judgement)])
+        axis.axhline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.7, linestyle=":")
+        axis.axhline(100.0 * detection.rules.probability, color=INK, linewidth=0.5)
+        log_axis(axis.xaxis)
+    axes[0].set_ylim(-3.0, 103.0)
+    return figure
+
+
+def _draw_levels(axis: Any, judgement: Judgement, unit: SeverityUnit, mark: dict[str, Any]) -> None:
+    _draw_fitted(axis, judgement, unit, mark["color"])
+    for level in judgement.levels:
+        rate = level.detected
+        if rate is not None and rate.total:
+            place = unit.value(level.severity if level.severity > 0.0 else level.population.severity)
+            spread = [[100.0 * (rate.value - rate.low)], [100.0 * (rate.high - rate.value)]]
+            style = {"fmt": mark["marker"], "markersize": 3.5, "elinewidth": 0.7, "color": mark["color"]}
+            axis.errorbar(place, 100.0 * rate.value, spread, **style)
+    found = judgement.smallest.get("q90_95")
+    if found is not None and found.value is not None:
+        axis.axvline(unit.value(found.value), color=mark["color"], linewidth=1.2)
+
+
+def _draw_fitted(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str) -> None:
+    """The curve where q90 is taken from it."""
+    curve = next(iter(judgement.bounding), judgement.curve)
+    estimate = judgement.smallest.get("q90")
+    if curve is None or estimate is None or estimate.source == "levels" or curve.tally.severity.size < 2:
+        return
+    severities = np.geomspace(*curve.tally.span, _POINTS)
+    axis.plot([*map(unit.value, severities.tolist())], 100.0 * curve.probability(severities), color=color)

@@ -170,7 +170,7 @@ class Report:
 
     def varied_block(self) -> Block:
         """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
-        axes = [found.axis for found in self.responses.axes]
+        axes = self.responses.axes
         ends = [
             [group.text for group in axis.groups]
             if axis.drawn is None

@@ -93,8 +93,8 @@ class Plane:
 
 def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
     """The grid of an experiment over the two parameters that move its features most; None if it has none."""
-    ranked = sorted(study.axes, key=lambda each: -max((one.reach for one in each.responses), default=0.0))
-    axes = [each.axis for each in ranked if each.responses]
+    responding = [axis for axis in study.axes if axis.responses]
+    axes = sorted(responding, key=lambda axis: -max(each.reach for each in axis.responses))
     for pair in combinations(axes, 2):
         rows, columns = sorted(
             pair, key=lambda axis: (not axis.name.startswith("leakage."), axes.index(axis))

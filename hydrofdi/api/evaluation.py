@@ -175,7 +175,7 @@ class Evaluation:
         Parameters
         ----------
         figure : str
-            ``densities``, ``roc``, ``false_alarms``; with known leaks also ``answer``, ``ranking``, ``pod``.
+            ``densities``, ``roc``; with known leaks also ``answer``, ``ranking``, ``pod``.
 
         Raises
         ------

@@ -48,11 +48,6 @@ class StudyReport(StudyData):
         " the EBM of the fluid. After Maddahi et al., CDSR 2015, paper 181; no number comes from the paper."
     )
 
-    @property
-    def usual_figure(self) -> str:
-        """The scenarios where the experiment has any, else δ."""
-        return "sensitivity" if self.scenarios is None else "scenarios"
-
     def blocks(self) -> Iterator[Block | None]:
         """The sections of the report."""
         yield remarks_block(self.data)

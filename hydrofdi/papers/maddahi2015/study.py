@@ -291,13 +291,13 @@ def scenario_blocks(study: ScenarioStudy) -> tuple[Block, Block]:
     reasons = joined([f"{status} in {count}" for status, count in study.obstacles.items()])
     rest = f"; the others have runs without results: {reasons}" if reasons else ""
     n_feasible, n_scenario = int(study.feasible.sum()), counted(len(study.outcomes), "different scenario")
-    title, key = "Scenarios: how much depends on what is not known", "scenarios"
+    title = "Scenarios: how much depends on what is not known"
     said, tables = (
         f"{n_feasible:,} of {n_scenario} are feasible{rest}.",
         (_claims_table(study), _values_table(study)),
     )
     return (
-        Block(key, title, (said,), tables, (key,)),
+        Block("scenarios", title, (said,), tables),
         Block("scenarios-controls", "Controls over the scenarios", (), (_alarms_table(study),)),
     )
 

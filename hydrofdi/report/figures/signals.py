@@ -72,9 +72,7 @@ def draw_beside(
     for row, (title, color) in enumerate(zip(titles, (BLUE, ORANGE), strict=False)):
         lines = [(name, time, convert(1.0, unit) * columns[name][row]) for name, (_, unit) in panels.items()]
         if level:
-            pressure = columns[names.CHAMBER_1_PRESSURE][row]
-            instants, details = detail_coefficients(pressure, wavelet, level, time)
-            lines.append(("", instants, 1e-3 * details))
+            lines.append(("", *details(columns[names.CHAMBER_1_PRESSURE][row], wavelet, level, time)))
         for axis, (name, x, y) in zip(axes[:, row], lines, strict=True):
             axis.plot(x[x >= start], y[x >= start], color=color, linewidth=0.7)
             reference = columns.get(names.REFERENCE_POSITION)
@@ -88,6 +86,12 @@ def draw_beside(
         axis.set_ylabel(label)
     figure.align_ylabels(axes[:, 0])
     return figure
+
+
+def details(pressure: Any, wavelet: Any, level: int, time: Any) -> tuple[Any, Any]:
+    """Instants [s] and coefficients [kPa] of a level of P_1."""
+    instants, coefficients = detail_coefficients(pressure, wavelet, level, time)
+    return instants, 1e-3 * coefficients
 
 
 @matplotlib.rc_context(SETTINGS)

@@ -28,7 +28,6 @@ GOLDEN = Path(__file__).parent / "golden"
 COMPARED = [
     ("modes", "sensitivity"),
     ("many", "responses"),
-    ("scenarios", "scenarios"),
     ("study", "answer"),
     ("study", "ranking"),
     ("study", "pod"),

@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.compilation.compiling import own_cache
+from hydrofdi.compilation.object_code import own_cache
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.description import Model, read_model
 

@@ -26,7 +26,7 @@ from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients, split_jobs
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
-from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
+from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import (
     FIGURES,
     Distinct,

@@ -14,7 +14,7 @@ from hydrofdi.api.arguments import path_of
 from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, CylinderSheet
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
-from hydrofdi.physics.oil import KELVIN
+from hydrofdi.physics.fluid import KELVIN
 from hydrofdi.records.data_sheet import StatedMachine, data_sheet_lines
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.readable import plain

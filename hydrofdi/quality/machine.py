@@ -16,11 +16,13 @@ from hydrofdi.physics.hydraulic_mode import (
     largest_stable_step,
     mode_damping_ratio,
     mode_frequency,
+    pressure_gain,
+    rest_pressures,
     second_order_eigenvalues,
     softest_position,
+    steady_speed,
     valve_flow_pressure_coefficient,
 )
-from hydrofdi.physics.steady_state import pressure_gain, rest_pressures, steady_speed
 from hydrofdi.physics.valve import worn_opening
 from hydrofdi.simulation.inputs import largest_opening, largest_travel, no_load_speed
 

@@ -13,6 +13,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import Analysis
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.sections.machine import Edge, FluidConfig, LeakageConfig
+from hydrofdi.physics.cylinder import external_leakage_flow
 from hydrofdi.physics.fluid import effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import (
     HydraulicMode,
@@ -25,7 +26,6 @@ from hydrofdi.physics.hydraulic_mode import (
     mode_frequency,
     valve_flow_pressure_coefficient,
 )
-from hydrofdi.physics.leakage import external_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position
 from hydrofdi.transforms import undecimated
 from hydrofdi.transforms.configuration import WaveletConfig

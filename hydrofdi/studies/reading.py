@@ -19,7 +19,7 @@ from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.indicators import Indicator
-from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
+from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData

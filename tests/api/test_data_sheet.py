@@ -14,7 +14,7 @@ from hydrofdi.config.data_sheet import CylinderSheet
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.sweep import quantiles
 from hydrofdi.errors import ConfigError
-from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.physics.hydraulic_mode import steady_speed
 from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.ready import ready_folder, ready_names
 from hydrofdi.settings.validation import validated

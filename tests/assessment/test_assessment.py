@@ -6,7 +6,7 @@ import pytest
 import hydrofdi
 from hydrofdi.api.check import calibrate, select_runs
 from hydrofdi.config import RunParameters, load_experiment
-from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.physics.cylinder import internal_leakage_flow
 from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.simulation.batch import simulate_batch
 from tests.commands import run, run_json

@@ -11,11 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
+from hydrofdi.physics.cylinder import chamber_pressure_rates, internal_leakage_flow, piston_acceleration
 from hydrofdi.physics.equation import equation, settled
 from hydrofdi.physics.friction import threshold_friction
 from hydrofdi.physics.hydraulic_mode import second_order_eigenvalues
-from hydrofdi.physics.leakage import internal_leakage_flow
 from hydrofdi.physics.valve import edge_flow
 from hydrofdi.records import Array
 

@@ -27,7 +27,7 @@ from hydrofdi.records.data_sheet import PLANT_PARAMETERS
 from hydrofdi.settings.messages import first_reason, nearest
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.yaml_source import Source
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import WaveletConfig
 from hydrofdi.units import parse_quantity, parse_unit
 
 Indicators = Mapping[str, Indicator[Any]]

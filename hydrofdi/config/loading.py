@@ -27,7 +27,7 @@ from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import merged, overlay, read_extended, validated
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import WaveletConfig
 from hydrofdi.units import parse_unit, stated_unit
 
 

@@ -37,7 +37,7 @@ from hydrofdi.store.folder import Failure, write_failure, write_log
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.store.shards import StoredRun, write_shard
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import WaveletConfig
 
 Columns = dict[str, NDArray[Any]]
 """Variable of a shard → array with one row per job; ``time`` → sampling instants [s]."""

@@ -27,9 +27,16 @@ from hydrofdi.physics.hydraulic_mode import (
     valve_flow_pressure_coefficient,
 )
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position
-from hydrofdi.transforms import undecimated
-from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import CoefficientRms, n_phase, root_mean_square
+from hydrofdi.transforms.wavelet import (
+    CoefficientRms,
+    WaveletConfig,
+    boundary_length,
+    n_phase,
+    phase_detail_rms,
+    root_mean_square,
+    undecimated_coefficients,
+    undecimated_rms,
+)
 
 if TYPE_CHECKING:
     from hydrofdi.simulation.balances import Trajectory
@@ -77,7 +84,7 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: Array) -> tuple[
     for n_period, rows in together.items():
         n_whole = n_sample // n_period
         periods = pressure[rows, -n_whole * n_period :].reshape(len(rows), n_whole, n_period)
-        for row, rms in zip(rows, undecimated.undecimated_rms(periods, _WAVELET).detail, strict=True):
+        for row, rms in zip(rows, undecimated_rms(periods, _WAVELET).detail, strict=True):
             rms = np.maximum(rms, LEAST_DETAIL * runs[row].supply.pressure)
             different = np.abs(rms / rms[-1] - 1.0).max(axis=1)
             changes[row] = different[-2]
@@ -240,7 +247,7 @@ def pressure_features(
 def _settled(
     wavelet: WaveletConfig, records: Array, first_sample: int, is_circular: bool
 ) -> dict[str, Array]:
-    rms = undecimated.undecimated_rms(records, wavelet) if is_circular else _inner_rms(records, wavelet)
+    rms = undecimated_rms(records, wavelet) if is_circular else _inner_rms(records, wavelet)
     features = {"settled_detail_rms": rms.detail, "settled_approximation_rms": rms.approximation}
     if wavelet.phase == "all":
         features["settled_phase_detail_rms"] = _phases(records, wavelet, first_sample, is_circular)
@@ -270,18 +277,18 @@ def _windows(
 
 
 def _inner_rms(records: Array, wavelet: WaveletConfig) -> CoefficientRms:
-    inside = slice(undecimated.boundary_length(wavelet), None)
+    inside = slice(boundary_length(wavelet), None)
     detail, approximation = (
         root_mean_square(coefficients[..., inside])
-        for coefficients in undecimated.undecimated_coefficients(records, wavelet)
+        for coefficients in undecimated_coefficients(records, wavelet)
     )
     return CoefficientRms(detail, approximation)
 
 
 def _phases(records: Array, wavelet: WaveletConfig, first_sample: int, is_circular: bool) -> Array:
-    outside = 0 if is_circular else undecimated.boundary_length(wavelet)
-    details, _ = undecimated.undecimated_coefficients(records, wavelet)
-    return undecimated.phase_detail_rms(details[..., outside:], first_sample + outside)
+    outside = 0 if is_circular else boundary_length(wavelet)
+    details, _ = undecimated_coefficients(records, wavelet)
+    return phase_detail_rms(details[..., outside:], first_sample + outside)
 
 
 def mean_external_leakage_flows(

@@ -8,8 +8,7 @@ from typing import Literal
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import Section
-from hydrofdi.transforms.configuration import Levels, WaveletConfig, WaveletName
-from hydrofdi.transforms.wavelet import coefficient_rms, shortage
+from hydrofdi.transforms.wavelet import Levels, WaveletConfig, WaveletName, coefficient_rms, shortage
 
 _CHAMBERS = {"chamber_1": Channel.CHAMBER_1_PRESSURE, "chamber_2": Channel.CHAMBER_2_PRESSURE}
 

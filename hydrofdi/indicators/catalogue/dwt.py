@@ -12,8 +12,8 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
 from hydrofdi.records import Array, RecordBatch
-from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import (
+    WaveletConfig,
     coefficient_rms,
     counted_coefficients,
     decomposition_filters,

@@ -8,8 +8,14 @@ from typing import Literal
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
 from hydrofdi.records import Array, RecordBatch
-from hydrofdi.transforms.configuration import Levels, WaveletConfig, WaveletName
-from hydrofdi.transforms.undecimated import boundary_length, inner_undecimated_rms, undecimated_rms
+from hydrofdi.transforms.wavelet import (
+    Levels,
+    WaveletConfig,
+    WaveletName,
+    boundary_length,
+    inner_undecimated_rms,
+    undecimated_rms,
+)
 
 
 class ModwtOptions(ChannelOptions):

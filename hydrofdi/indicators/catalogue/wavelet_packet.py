@@ -12,8 +12,7 @@ from pydantic import Field
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
 from hydrofdi.records import Array, RecordBatch
-from hydrofdi.transforms.configuration import Extension, WaveletName
-from hydrofdi.transforms.wavelet import root_mean_square, shortage
+from hydrofdi.transforms.wavelet import Extension, WaveletName, root_mean_square, shortage
 
 
 def packet_coefficients(

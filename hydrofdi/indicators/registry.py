@@ -14,11 +14,9 @@ from enum import Enum
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from pkgutil import iter_modules
 from typing import Any
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators import catalogue, models
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.faults import made_soundly
 from hydrofdi.records import Channel
@@ -31,6 +29,22 @@ GROUP = "hydrofdi.indicators"
 _DECLARED = ("version", "summary", "source", "Options", "channels", "outputs", "measure")
 """Attributes that every indicator must declare."""
 
+_NAMES = {
+    "catalogue.modes": ("emd", "vmd"),
+    "catalogue.pressure_decay": ("pressure_decay",),
+    "catalogue.ring_down": ("ring_down",),
+    "catalogue.sliding": ("sliding",),
+    "catalogue.spectra": ("band_power", "stft"),
+    "catalogue.statistics": ("cross_correlation", "pressure_statistics"),
+    "catalogue.transients": ("envelope", "post_step_ac"),
+    "catalogue.wavelets": ("a4", "dwt", "modwt", "wavelet_packet"),
+    **{f"models.{name}": (name,) for name in ("adaptive_observer","ekf_innovation","ekf_joint","reduced_order","ukf_joint","volterra","weak_rls")},
+    **{f"catalogue.{name}": (name,) for name in ("flow_balance","pressure_balance")},
+}
+"""Module → its indicators."""
+
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
+
 Kind = type[Indicator[Any]]
 
 FROM_FILES: dict[str, Kind] = {}
@@ -39,7 +53,7 @@ FROM_FILES: dict[str, Kind] = {}
 
 def indicator_names() -> list[str]:
     """Names of all indicators, sorted."""
-    return sorted({*_homes(), *_added()})
+    return sorted({*_HOMES, *_added()})
 
 
 @cache
@@ -53,7 +67,7 @@ def indicator_kind(name: str) -> Kind:
     """
     if name in FROM_FILES:
         return FROM_FILES[name]
-    if name in _homes():
+    if name in _HOMES:
         return _own(name)
     if name in _added():
         return _load(_added()[name])
@@ -67,16 +81,8 @@ def sound_indicator(name: str, options: Mapping[str, Any] | None = None) -> Indi
     return made_soundly(kind, name, chosen)
 
 
-@cache
-def _homes() -> dict[str, str]:
-    """Name of a built-in indicator → its package."""
-    return {
-        module.name: room.__name__ for room in (catalogue, models) for module in iter_modules(room.__path__)
-    }
-
-
 def _own(name: str) -> Kind:
-    module = import_module(f"{_homes()[name]}.{name}")
+    module = import_module(f"hydrofdi.indicators.{_HOMES[name]}")
     kinds = [kind for kind in vars(module).values() if getattr(kind, "name", None) == name]
     (kind,) = (kind for kind in kinds if isinstance(kind, type))
     return kind

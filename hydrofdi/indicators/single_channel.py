@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
@@ -16,7 +15,7 @@ from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.units import ABOVE
 
-_FEWEST_SAMPLES, _FEWEST_OF_MODES = 8, 16
+_FEWEST_SAMPLES = 8
 """Least number of samples of a segment."""
 
 
@@ -85,30 +84,6 @@ class SingleChannelIndicator(Indicator[ChosenChannel]):
     def signal(self, records: RecordBatch) -> Array:
         """Samples of the channel, shape (n_record, n_time)."""
         return records[self.options.channel]
-
-
-class ModeIndicator(SingleChannelIndicator[ChosenChannel]):
-    """An indicator of the modes of each record; `numbers_of` has the order of its outputs."""
-
-    is_cheap = False
-
-    def numbers_of(self, record: Array, sampling_frequency: float) -> Sequence[float] | Array:
-        """Values of one record (n_time,) of finite samples."""
-        raise NotImplementedError
-
-    def obstacle(self, records: RecordBatch) -> str | None:
-        """Message if records are too short to have modes."""
-        if records.n_time < _FEWEST_OF_MODES:
-            return f"a record of {records.n_time} samples has no modes; {_FEWEST_OF_MODES} are needed"
-        return None
-
-    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Each (n_record,); NaN if a sample is not finite."""
-        numbers = np.full((records.n_record, len(self.outputs)), np.nan)
-        for row, record in zip(numbers, self.signal(records), strict=True):
-            if np.isfinite(record).all():
-                row[:] = self.numbers_of(record, records.sampling_frequency)
-        return {output.name: numbers[:, place] for place, output in enumerate(self.outputs)}
 
 
 Places = NDArray[np.intp]

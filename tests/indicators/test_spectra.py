@@ -6,10 +6,9 @@ from scipy.signal import ShortTimeFFT, get_window, hilbert, welch
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
-from hydrofdi.indicators.catalogue.emd import empirical_modes
-from hydrofdi.indicators.catalogue.envelope import analytic_signal
-from hydrofdi.indicators.catalogue.vmd import variational_modes
-from hydrofdi.transforms.spectrum import short_time_spectra
+from hydrofdi.indicators.catalogue.modes import empirical_modes, variational_modes
+from hydrofdi.indicators.catalogue.spectra import short_time_spectra
+from hydrofdi.indicators.catalogue.transients import analytic_signal
 from indicators.signals import SAMPLING_FREQUENCY, noise, records, ringing, values
 
 

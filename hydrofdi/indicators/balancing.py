@@ -26,10 +26,10 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     windows_before,
 )
 from hydrofdi.indicators.faults import FLUID, POSITIVE
-from hydrofdi.indicators.nominal_actuator import PlantConstant
-from hydrofdi.indicators.nominal_plant import UncertainActuator
+from hydrofdi.indicators.nominal_actuator import UncertainActuator
 from hydrofdi.indicators.single_channel import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.data_sheet import PlantConstant
 from hydrofdi.settings.quantities import SI
 from hydrofdi.units import BELOW
 

@@ -82,7 +82,7 @@ class Indicator(Protocol[Chosen]):
     Attributes
     ----------
     name : str
-        Name in files and on the command line; also the name of its module.
+        Name in files and on the command line.
     version : int
         Increased whenever results change for the same record and options.
     summary : str

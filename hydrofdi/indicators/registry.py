@@ -30,18 +30,21 @@ _DECLARED = ("version", "summary", "source", "Options", "channels", "outputs", "
 """Attributes that every indicator must declare."""
 
 _NAMES = {
-    "catalogue.modes": ("emd", "vmd"),
-    "catalogue.pressure_decay": ("pressure_decay",),
-    "catalogue.ring_down": ("ring_down",),
-    "catalogue.sliding": ("sliding",),
-    "catalogue.spectra": ("band_power", "stft"),
-    "catalogue.statistics": ("cross_correlation", "pressure_statistics"),
-    "catalogue.transients": ("envelope", "post_step_ac"),
-    "catalogue.wavelets": ("a4", "dwt", "modwt", "wavelet_packet"),
-    **{f"models.{name}": (name,) for name in ("adaptive_observer","ekf_innovation","ekf_joint","reduced_order","ukf_joint","volterra","weak_rls")},
-    **{f"catalogue.{name}": (name,) for name in ("flow_balance","pressure_balance")},
+    "balances": ("flow_balance", "pressure_balance"),
+    "kalman_filters": ("ekf_innovation", "ekf_joint", "ukf_joint"),
+    "modes": ("emd", "vmd"),
+    "observers": ("adaptive_observer", "reduced_order"),
+    "pressure_decay": ("pressure_decay",),
+    "ring_down": ("ring_down",),
+    "sliding": ("sliding",),
+    "spectra": ("band_power", "stft"),
+    "statistics": ("cross_correlation", "pressure_statistics"),
+    "transients": ("envelope", "post_step_ac"),
+    "volterra": ("volterra",),
+    "wavelets": ("a4", "dwt", "modwt", "wavelet_packet"),
+    "weak_rls": ("weak_rls",),
 }
-"""Module → its indicators."""
+"""Module of the catalogue → its indicators."""
 
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
@@ -82,7 +85,7 @@ def sound_indicator(name: str, options: Mapping[str, Any] | None = None) -> Indi
 
 
 def _own(name: str) -> Kind:
-    module = import_module(f"hydrofdi.indicators.{_HOMES[name]}")
+    module = import_module(f"hydrofdi.indicators.catalogue.{_HOMES[name]}")
     kinds = [kind for kind in vars(module).values() if getattr(kind, "name", None) == name]
     (kind,) = (kind for kind in kinds if isinstance(kind, type))
     return kind

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from hydrofdi.indicators.nominal_signals import Cylinder, nominal_flows
+from hydrofdi.indicators.catalogue.observers import Cylinder, nominal_flows
 from hydrofdi.physics.cylinder import chamber_pressure_rates, internal_leakage_flow
 
 CYLINDER = Cylinder(633e-6, 633e-6, 280e-6, 280e-6, 0.0292, 20.75e-3, 0.0)

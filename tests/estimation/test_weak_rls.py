@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
+from hydrofdi.indicators.catalogue import volterra
 from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
-from hydrofdi.indicators.models import volterra
 
 ERROR = 4e-9
 

@@ -20,8 +20,9 @@ from hydrofdi.indicators.balancing import (
     window_equations,
 )
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.estimation import flow_by_place, valve_use, weak_rls
+from hydrofdi.indicators.estimation import flow_by_place, weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, windows_before
+from hydrofdi.indicators.nominal_actuator import count_windows, mark_unclear
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, Trace
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -120,7 +121,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         options, frequency = self.options, records.sampling_frequency
         spool = options.spool_position(records)
         unclear = np.zeros(spool.shape, dtype=np.bool_)
-        valve_use.mark_unclear(
+        mark_unclear(
             spool, round(options.start_up * frequency), options.least_opening, options.least_jump,
             round(options.settling * frequency), unclear,
         )  # fmt: skip
@@ -130,7 +131,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         signals = spool, options.position(records), first, second, supply, reference
         columns, targets = window_equations(options, records, *signals)
         counts = np.zeros(columns.shape[:2])
-        valve_use.count_windows(unclear, options.half_window, counts)
+        count_windows(unclear, options.half_window, counts)
         return (columns, targets, counts), signals
 
     def _priors(self, records: RecordBatch, supply: Array, reference: Array) -> Array:

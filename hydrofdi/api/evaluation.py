@@ -17,7 +17,7 @@ from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
+from hydrofdi.indicators.measuring import RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.selection import assumed_plants, of_machine
 from hydrofdi.records.copies import Copies, pairs
 from hydrofdi.records.source import HeldSource, MeasuredSource

@@ -12,7 +12,7 @@ from hydrofdi.api.arguments import Names, Texts, refusal
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures, measure_sources, used_channels
+from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import Description, describe, indicator_names
 from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_indicators, of_machine
 from hydrofdi.records import Channel

@@ -23,7 +23,7 @@ from hydrofdi.physics.cylinder import pressure_force
 from hydrofdi.physics.hydraulic_mode import rest_pressures
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section, field_quantity
-from hydrofdi.transforms.wavelet import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 
 class RunParameters(Section):

@@ -17,8 +17,8 @@ from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.detectors.run_lengths import time_needed
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
-from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.quality.machine import Distinct, at_speed, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
@@ -26,7 +26,7 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
-from hydrofdi.transforms.wavelet import level_bands
+from hydrofdi.transforms import level_bands
 
 NEAR_BAND_EDGE = 0.25
 """A mode within so many octaves of a band's edge may answer in either level."""

@@ -18,8 +18,7 @@ from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, run_halving
 from hydrofdi.errors import HydrofdiError, Issue
 from hydrofdi.execution.calibrating import unreachable_sentence
-from hydrofdi.indicators.measuring import Measures, Seconds, measure
-from hydrofdi.indicators.record_measures import used_channels
+from hydrofdi.indicators.measuring import Measures, Seconds, measure, used_channels
 from hydrofdi.quality.doubts import Simulated, assess_runs
 from hydrofdi.quality.measures import (
     how_records_settle,
@@ -37,7 +36,7 @@ from hydrofdi.store.folder import Failure, write_failure, write_log
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.store.shards import StoredRun, write_shard
-from hydrofdi.transforms.wavelet import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 Columns = dict[str, NDArray[Any]]
 """Variable of a shard → array with one row per job; ``time`` → sampling instants [s]."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from hydrofdi.compilation.object_code import kernel
+from hydrofdi.indicators.contract import RecursiveIndicator, RecursiveOptions
 from hydrofdi.indicators.estimation import ekf
 from hydrofdi.indicators.estimation.ekf import correct, predict
 from hydrofdi.indicators.estimation.plant import (
@@ -26,7 +27,6 @@ from hydrofdi.indicators.estimation.plant import (
 )
 from hydrofdi.indicators.estimation.ukf import correct_unscented, predict_unscented
 from hydrofdi.indicators.nominal_actuator import UncertainActuator
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions
 from hydrofdi.physics.equation import equation
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.data_sheet import MachineSheet, PlantConstant

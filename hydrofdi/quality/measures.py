@@ -27,7 +27,7 @@ from hydrofdi.physics.hydraulic_mode import (
     valve_flow_pressure_coefficient,
 )
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position
-from hydrofdi.transforms.wavelet import (
+from hydrofdi.transforms import (
     CoefficientRms,
     WaveletConfig,
     boundary_length,

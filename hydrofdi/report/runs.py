@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.wavelet import level_bands, percentage_change
+from hydrofdi.transforms import level_bands, percentage_change
 
 Array = NDArray[np.float64]
 

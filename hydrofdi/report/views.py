@@ -22,7 +22,7 @@ from hydrofdi.report.runs import EXTERNAL, Array, RunTable
 from hydrofdi.report.wording import joined, lead_columns, signed, span_text
 from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table, finite
-from hydrofdi.transforms.wavelet import percentage_change
+from hydrofdi.transforms import percentage_change
 
 View = tuple[Block, dict[str, Any]]
 

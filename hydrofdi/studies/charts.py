@@ -17,7 +17,7 @@ from hydrofdi.detectors.run_lengths import AlarmLimit, FalseAlarms, delays
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
-from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import MEAN_LEAKAGE_FLOW
 from hydrofdi.studies.reading import needed_channels

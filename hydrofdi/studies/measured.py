@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.scores import Kind, Population
-from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
+from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 from hydrofdi.settings.messages import similar
 from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords
 

@@ -13,7 +13,7 @@ from hydrofdi.config.experiment import Analysis, IndicatorChoice
 from hydrofdi.config.request import RECORD_SECTIONS, RunParameters, RunRequest, parameter_names
 from hydrofdi.config.runs import record_identities, record_identity, run_identities, run_identity
 from hydrofdi.errors import StoreError
-from hydrofdi.transforms.wavelet import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 
 def changed(name):

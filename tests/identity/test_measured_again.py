@@ -17,8 +17,9 @@ from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.indicators import make_indicators, measure
-from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.indicators.selection import TAKEN, of_machine
+from hydrofdi.indicators.measuring import measure_sources
+from hydrofdi.indicators.registry import TAKEN
+from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.store.layout import names
 from hydrofdi.store.shards import read_index

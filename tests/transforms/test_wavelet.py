@@ -13,7 +13,7 @@ from hydrofdi.execution import compute as compute_module
 from hydrofdi.indicators.catalogue.wavelets import phase_rms
 from hydrofdi.quality.measures import SETTLED_CHANGE, how_records_settle, pressure_features
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.transforms.wavelet import (
+from hydrofdi.transforms import (
     WaveletConfig,
     boundary_length,
     coefficient_rms,

@@ -19,7 +19,7 @@ from hydrofdi.config.sections.sensor import MeasurementConfig
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.readable import shown_quantity
-from hydrofdi.transforms.wavelet import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 _PERIODS = re.compile(r"\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*periods?\s*")
 

@@ -11,7 +11,8 @@ from pydantic import Field, ValidationError, model_validator
 from hydrofdi.detectors.rules import ChartConfig, chart_kind, chart_names, score_kind, score_names
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.selection import indicators_file, label_mistake
+from hydrofdi.indicators.registry import label_mistake
+from hydrofdi.indicators.selection import indicators_file
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.validation import validated

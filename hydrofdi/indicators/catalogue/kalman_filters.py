@@ -12,7 +12,7 @@ from pydantic import model_validator
 
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import balance_outputs
-from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.contract import Output, Trace
 from hydrofdi.indicators.estimation import ukf
 from hydrofdi.indicators.estimation.plant import STATES, Tuning
 from hydrofdi.indicators.kalman_filter import (
@@ -22,7 +22,6 @@ from hydrofdi.indicators.kalman_filter import (
     KalmanOptions,
     Parameter,
 )
-from hydrofdi.indicators.recursive import Trace
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 

@@ -14,7 +14,7 @@ from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import ChannelOptions, ChosenChannel, SingleChannelIndicator
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
-from hydrofdi.transforms.wavelet import root_mean_square
+from hydrofdi.transforms import root_mean_square
 
 _FEWEST_SAMPLES = 16
 """Least number of samples of a record."""

@@ -20,7 +20,7 @@ from hydrofdi.indicators.single_channel import (
     segment_obstacle,
 )
 from hydrofdi.records import Array, RecordBatch
-from hydrofdi.transforms.wavelet import level_bands
+from hydrofdi.transforms import level_bands
 
 
 def power_spectrum(signal: Array, sampling_frequency: float, segment: float = 2.0) -> tuple[Array, Array]:

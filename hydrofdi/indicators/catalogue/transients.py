@@ -21,7 +21,7 @@ from hydrofdi.indicators.single_channel import (
 )
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
-from hydrofdi.transforms.wavelet import root_mean_square
+from hydrofdi.transforms import root_mean_square
 
 _EDGE = 0.375
 """Width of each transition of the gain, as a fraction of the band; a sharper edge would ring longer."""

@@ -16,7 +16,7 @@ from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import Section
-from hydrofdi.transforms.wavelet import (
+from hydrofdi.transforms import (
     Extension,
     Levels,
     WaveletConfig,

@@ -19,11 +19,10 @@ from hydrofdi.indicators.balancing import (
     named_estimates,
     window_equations,
 )
-from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.contract import Output, RecursiveIndicator, RecursiveOptions, Trace
 from hydrofdi.indicators.estimation import flow_by_place, weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, windows_before
 from hydrofdi.indicators.nominal_actuator import count_windows, mark_unclear
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, Trace
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 

@@ -21,7 +21,7 @@ from hydrofdi.report.figures.signals import PANELS, draw_beside
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE, series, time_axis
 from hydrofdi.report.wording import kilopascal, mode_name
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.wavelet import detail_coefficients
+from hydrofdi.transforms import detail_coefficients
 
 
 def _position(study: StudyData, leakage: int, bulk_modulus: int) -> int:

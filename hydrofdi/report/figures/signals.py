@@ -14,7 +14,7 @@ from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.report.figures import style
 from hydrofdi.store.layout import names
 from hydrofdi.store.shards import Columns
-from hydrofdi.transforms.wavelet import detail_coefficients
+from hydrofdi.transforms import detail_coefficients
 from hydrofdi.units import convert
 
 Panels = Mapping[str, tuple[str, str]]

@@ -5,8 +5,8 @@ A package adds indicators by entry points in the group ``hydrofdi.indicators``::
     [project.entry-points."hydrofdi.indicators"]
     peak = "my_package:Peak"
 
-An experiment names Python files; ``swing@…`` is the ``swing`` of a file with that hash. Only an experiment that
-the user gives has files executed; worker processes get their content with the jobs.
+An experiment may name Python files; ``swing@…`` is the ``swing`` of a file with that hash. Only an experiment
+that the user gives has files executed; worker processes get their content with the jobs.
 """
 
 from __future__ import annotations

@@ -19,9 +19,11 @@ def law(leakage_time=0.3, compressibility_time=0.3, injection=INJECTION, frequen
 
 def followed(signals, chosen):
     """States (n_time, 4) behind each sample."""
+    state = np.zeros((1, observers.N_STATE))
+    state[0, observers.COMPRESSIBILITY] = 1.0 / MODULUS_NOMINAL
     n_time = signals.shape[2]
     states, clear = np.empty((1, n_time, 4)), np.zeros((1, n_time), dtype=bool)
-    observers.adapt(np.ascontiguousarray(signals), clear, CYLINDER, chosen, 1, 1.0 / MODULUS_NOMINAL, states)
+    observers.adapt(np.ascontiguousarray(signals), clear, CYLINDER, chosen, 1, state, states)
     return states[0]
 
 
@@ -93,6 +95,6 @@ def test_what_is_not_physical_ends_the_estimates(excited):
 def test_a_missing_sample_ends_the_estimates_even_where_nothing_is_learned(excited):
     signals, unclear = excited[:, :, :100].copy(), np.ones((1, 100), dtype=bool)
     signals[observers.P1, 0, 60] = np.nan
-    estimates = np.empty((1, 100, 4))
-    observers.adapt(signals, unclear, CYLINDER, law(), 1, 1.0 / MODULUS_NOMINAL, estimates)
+    state, estimates = np.full((1, observers.N_STATE), 1.0 / MODULUS_NOMINAL), np.empty((1, 100, 4))
+    observers.adapt(signals, unclear, CYLINDER, law(), 1, state, estimates)
     np.testing.assert_array_equal(np.isnan(estimates[0, :, 2:].T), np.tile(np.arange(100) >= 60, (2, 1)))

@@ -98,7 +98,11 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
 
 
 ERROR_1, ERROR_2, COEFFICIENT, COMPRESSIBILITY = range(4)
-"""Indices of the estimates: e_1 and e_2 [Pa], K_i [m^3.5/kg^0.5] and 1/β [1/Pa]."""
+"""Indices of the state: e_1 and e_2 [Pa], K_i [m^3.5/kg^0.5] and 1/β [1/Pa]."""
+
+_FLOW_1, _FLOW_2, _ROOT, _PRESSURE_1, _PRESSURE_2, _POSITION = range(4, 10)
+
+N_STATE = 10
 
 
 class Law(NamedTuple):
@@ -123,52 +127,54 @@ def adapt(
     cylinder: Cylinder,
     law: Law,
     every: int,
-    start: float,
+    state: NDArray[np.float64],
     estimates: NDArray[np.float64],
 ) -> None:
     """Process samples, by the exact response of e to the mean flows over each sampling interval.
 
     `signals` (5, n_record, n_time) in the order of `nominal_signals`; no adaptation at `unclear` samples;
-    `start`: initial 1/β; `estimates` (n_record, n_instant, 4): errors, K_i and 1/β every `every` samples; K_i
-    and 1/β are NaN once they are not physical.
+    `state` (n_record, N_STATE) contains the initial K_i and 1/β, and is updated in place; `estimates`
+    (n_record, n_instant, 4): errors, K_i and 1/β of the state every `every` samples; K_i and 1/β are NaN once
+    they are not physical.
     """
     # The error decays by exp(−L dt) over an interval and follows a constant input by (1 − exp(−L dt))/L.
     kept = math.exp(-law.injection * law.interval)
     lagged = (1.0 - kept) / (law.injection * law.interval)
     dt = law.interval
     for row in range(signals.shape[1]):
-        error_1, error_2, coefficient, compressibility = 0.0, 0.0, 0.0, start
-        last_q1, last_q2, last_root, last_p1, last_p2, last_x = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        s = state[row]
+        i = 0
         for k in range(signals.shape[2]):
             p1, p2, x, spool, supply = signals_at(signals, row, k)
             q1, q2 = nominal_flows(spool, p1, p2, supply, cylinder)
             root = signed_root(p1 - p2)
             if k > 0:
-                middle, mean_root = 0.5 * (x + last_x), 0.5 * (root + last_root)
+                middle, mean_root = 0.5 * (x + s[_POSITION]), 0.5 * (root + s[_ROOT])
                 v1 = cylinder.volume_1 + cylinder.area_1 * middle
                 v2 = cylinder.volume_2 - cylinder.area_2 * middle
-                speed = (x - last_x) / dt
-                leak = coefficient * mean_root
-                net_1 = 0.5 * (q1 + last_q1) - cylinder.area_1 * speed - leak
-                net_2 = leak + cylinder.area_2 * speed - 0.5 * (q2 + last_q2)
-                rate_1, rate_2 = net_1 / (compressibility * v1), net_2 / (compressibility * v2)
-                e1 = kept * error_1 + lagged * (p1 - last_p1 - rate_1 * dt)
-                e2 = kept * error_2 + lagged * (p2 - last_p2 - rate_2 * dt)
-                mean_1, mean_2 = 0.5 * (e1 + error_1), 0.5 * (e2 + error_2)
+                speed = (x - s[_POSITION]) / dt
+                leak = s[COEFFICIENT] * mean_root
+                net_1 = 0.5 * (q1 + s[_FLOW_1]) - cylinder.area_1 * speed - leak
+                net_2 = leak + cylinder.area_2 * speed - 0.5 * (q2 + s[_FLOW_2])
+                rate_1, rate_2 = net_1 / (s[COMPRESSIBILITY] * v1), net_2 / (s[COMPRESSIBILITY] * v2)
+                e1 = kept * s[ERROR_1] + lagged * (p1 - s[_PRESSURE_1] - rate_1 * dt)
+                e2 = kept * s[ERROR_2] + lagged * (p2 - s[_PRESSURE_2] - rate_2 * dt)
+                mean_1, mean_2 = 0.5 * (e1 + s[ERROR_1]), 0.5 * (e2 + s[ERROR_2])
                 if not unclear[row, k]:
-                    coefficient -= law.leakage_gain * dt * mean_root * (mean_1 - mean_2)
+                    s[COEFFICIENT] -= law.leakage_gain * dt * mean_root * (mean_1 - mean_2)
                     power = v1 * rate_1 * mean_1 + v2 * rate_2 * mean_2
-                    compressibility -= law.compressibility_gain * dt * power
-                error_1, error_2 = e1, e2
-                is_physical = law.least_compressibility <= compressibility <= law.most_compressibility
+                    s[COMPRESSIBILITY] -= law.compressibility_gain * dt * power
+                s[ERROR_1], s[ERROR_2] = e1, e2
+                is_physical = law.least_compressibility <= s[COMPRESSIBILITY] <= law.most_compressibility
                 is_finite = abs(e1) + abs(e2) < np.inf
-                if not (is_finite and is_physical and abs(coefficient) <= law.most_coefficient):
-                    coefficient = compressibility = np.nan
-            last_q1, last_q2, last_root, last_p1, last_p2, last_x = q1, q2, root, p1, p2, x
+                if not (is_finite and is_physical and abs(s[COEFFICIENT]) <= law.most_coefficient):
+                    s[COEFFICIENT] = s[COMPRESSIBILITY] = np.nan
+            s[_FLOW_1], s[_FLOW_2], s[_ROOT] = q1, q2, root
+            s[_PRESSURE_1], s[_PRESSURE_2], s[_POSITION] = p1, p2, x
             if (k + 1) % every == 0:
-                out = estimates[row, k // every]
-                out[ERROR_1], out[ERROR_2] = error_1, error_2
-                out[COEFFICIENT], out[COMPRESSIBILITY] = coefficient, compressibility
+                for m in range(COMPRESSIBILITY + 1):
+                    estimates[row, i, m] = s[m]
+                i += 1
 
 
 _MOST_RATIO = 10.0
@@ -248,12 +254,14 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
 
     def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
         """Flow of K_i at the reference pressure [m³/s], and 1/β [1/Pa]."""
-        options, every = self.options, self.samples_per_estimate(records.sampling_frequency)
-        signals, unclear = options.observed(records)
+        state = np.zeros((records.n_record, N_STATE))
+        state[:, COMPRESSIBILITY] = 1.0 / self.options.bulk_modulus
+        every = self.samples_per_estimate(records.sampling_frequency)
+        signals, unclear = self.options.observed(records)
         estimates = np.empty((records.n_record, due.size, COMPRESSIBILITY + 1))
         law = self._law(1.0 / records.sampling_frequency)
-        adapt(signals, unclear, options.cylinder, law, every, 1.0 / options.bulk_modulus, estimates)
-        flow = np.sqrt(options.reference_pressure) * estimates[:, :, COEFFICIENT]
+        adapt(signals, unclear, self.options.cylinder, law, every, state, estimates)
+        flow = np.sqrt(self.options.reference_pressure) * estimates[:, :, COEFFICIENT]
         return {"leakage": flow, "compressibility": estimates[:, :, COMPRESSIBILITY]}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:

@@ -11,7 +11,7 @@ from hydrofdi.diagnosis.balance import FaultBalance, Fitted
 from hydrofdi.diagnosis.causes import CAUSES, LEAKS, N_PLACE, NAMES, PLACE
 from hydrofdi.diagnosis.signatures import signature_names, signatures
 from hydrofdi.errors import DataError
-from hydrofdi.indicators.balancing import BalanceOptions
+from hydrofdi.indicators.catalogue.balances import BalanceOptions
 from hydrofdi.records import Array, RecordBatch
 
 FEWEST = 3

@@ -6,7 +6,8 @@ import numpy as np
 
 from hydrofdi.diagnosis.balance import Estimates, FaultBalance, Fitted
 from hydrofdi.diagnosis.causes import NAMES
-from hydrofdi.indicators.balancing import P1, P2, BalanceOptions
+from hydrofdi.indicators.balancing import P1, P2
+from hydrofdi.indicators.catalogue.balances import BalanceOptions
 from hydrofdi.records import Array, RecordBatch
 
 FORCES = ("coulomb", "viscous", "force", "stiffness")

@@ -20,8 +20,9 @@ from hydrofdi.indicators.balancing import (
     window_equations,
 )
 from hydrofdi.indicators.contract import Output, RecursiveIndicator, RecursiveOptions, Trace
-from hydrofdi.indicators.estimation import flow_by_place, weak_rls
+from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, windows_before
+from hydrofdi.indicators.estimation.whole_record import mean_flows
 from hydrofdi.indicators.nominal_actuator import count_windows, mark_unclear
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -101,7 +102,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         windows, signals = self._windows(records)
         _, position, first, second, *supplies = signals
         priors = self._priors(records, *(each[:, -1:] for each in supplies))[:, 0]
-        flows = flow_by_place.mean_flows(
+        flows = mean_flows(
             windows, priors, options.assumptions(records), position, first - second, options.half_window,
             records.sampling_frequency,
         )  # fmt: skip

@@ -70,19 +70,17 @@ _DECLARED = ("version", "summary", "source", "Options", "channels", "outputs", "
 """Attributes that every indicator must declare."""
 
 _NAMES = {
-    "balances": ("flow_balance", "pressure_balance"),
+    "balances": ("flow_balance", "pressure_balance", "weak_rls"),
     "kalman_filters": ("ekf_innovation", "ekf_joint", "ukf_joint"),
     "modes": ("emd", "vmd"),
     "observers": ("adaptive_observer", "reduced_order"),
-    "pressure_decay": ("pressure_decay",),
+    "pressures": ("cross_correlation", "pressure_decay", "pressure_statistics"),
     "ring_down": ("ring_down",),
     "sliding": ("sliding",),
     "spectra": ("band_power", "stft"),
-    "statistics": ("cross_correlation", "pressure_statistics"),
     "transients": ("envelope", "post_step_ac"),
     "volterra": ("volterra",),
     "wavelets": ("a4", "dwt", "modwt", "wavelet_packet"),
-    "weak_rls": ("weak_rls",),
 }
 """Module of the catalogue → its indicators."""
 

@@ -128,13 +128,13 @@ def _known_balance(options: WindowOptions, records: RecordBatch) -> Balance:
 
 def follow_equations(
     options: WindowOptions, records: RecordBatch, columns: Array, targets: Array, counts: Array,
-    due: NDArray[np.int64], priors: Array, decays: Array,
+    due: NDArray[np.int64], priors: Array, decay: float,
 ) -> Array:  # fmt: skip
-    """Estimates (n_record, n_memory, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
-    found = np.full((records.n_record, decays.size, due.size, weak_rls.N_ESTIMATE), np.nan)
-    state = weak_rls.new_state(records.n_record, decays.size, targets.shape[2])
+    """Estimates (n_record, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
+    found = np.full((records.n_record, due.size, weak_rls.N_ESTIMATE), np.nan)
+    state = weak_rls.new_state(records.n_record, targets.shape[2])
     weak_rls.follow_windows(
-        columns, targets, counts, due, priors, options.assumptions(records), decays, state,
+        columns, targets, counts, due, priors, options.assumptions(records), decay, state,
         weak_rls.new_scratch(), found,
     )  # fmt: skip
     return found

@@ -225,9 +225,9 @@ class RecursiveIndicator(Indicator[Following]):
     def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
         """Values of the trace of whole records after the samples with the indices `due` (n_instant,)."""
 
-    @abstractmethod
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """`estimates` of whole records, each (n_record,), from the trace after the transient."""
+        raise NotImplementedError
 
     @property
     def outputs(self) -> tuple[Output, ...]:
@@ -279,11 +279,15 @@ class RecursiveIndicator(Indicator[Following]):
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Values in SI."""
         trace = self.trace(replace(records, start_time=0.0))
-        values = dict(self.of_record(trace.since(self.options.transient)))
+        values = self.of_record(trace.since(self.options.transient))
         if self.prior_deviation:
             is_prior = values["leakage_error"] > _OF_PRIOR * self.prior_deviation
             values = {name: np.where(is_prior, np.nan, array) for name, array in values.items()}
-        if self.n_instant:
-            name = self.estimates[0].name
-            values[f"{name}_trace"] = trace.values[name][:, : self.n_instant]
-        return values
+        return {**values, **self.stored_trace(records, trace)}
+
+    def stored_trace(self, records: RecordBatch, trace: Trace | None = None) -> dict[str, Array]:
+        """The output with the trace of the score, if it is stored."""
+        if not self.n_instant:
+            return {}
+        name = self.estimates[0].name
+        return {f"{name}_trace": (trace or self.trace(records)).values[name][:, : self.n_instant]}

@@ -26,7 +26,7 @@ from hydrofdi.indicators.balancing import (
     named_estimates,
     window_equations,
 )
-from hydrofdi.indicators.contract import Indicator, Output, RecursiveIndicator, RecursiveOptions, Trace
+from hydrofdi.indicators.contract import Indicator, Output, RecursiveIndicator, RecursiveOptions
 from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, windows_before
 from hydrofdi.indicators.estimation.whole_record import mean_flows
@@ -123,8 +123,8 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         roots, n_record = np.sqrt(weights), records.n_record
         due, priors = np.array([columns.shape[1]]), np.zeros((n_record, 1, N_UNKNOWN))
         columns, targets = columns * roots[..., None], targets * roots
-        found = follow_equations(self.options, records, columns, targets, counts, due, priors, np.ones(1))
-        return found[:, 0, 0]
+        found = follow_equations(self.options, records, columns, targets, counts, due, priors, 1.0)
+        return found[:, 0]
 
 
 _FORCES = 0.03
@@ -288,39 +288,39 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return super().obstacle(records) or self.options.lack_of_windows(records)
 
     def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
-        """Estimates with the memory, and, as ``whole_…``, from all samples."""
-        options, deviations = self.options, self.options.deviations(records)
-        windows, (*_, supply, reference) = self._windows(records)
-        supply, reference = supply[:, due], reference[:, due]
-        complete = np.array([windows_before(place + 1, options.half_window) for place in due], dtype=np.int64)
-        priors = self._priors(records, supply, reference)
-        found = follow_equations(options, records, *windows, complete, priors, self._decays(records))
-        values, whole = (
-            named_estimates(options, found[:, place], reference, deviations) for place in (0, -1)
-        )
-        values["disagreement"] = np.full(values["leakage"].shape, np.nan)
-        values["whole_undetermined"] = found[:, -1, :, weak_rls.UNDETERMINED]
-        return values | {f"whole_{name}": array for name, array in whole.items()}
+        """Estimates with the memory."""
+        values, _ = self._estimates(records, *self._windows(records), due, self._decay(records))
+        return values | {"disagreement": np.full(values["leakage"].shape, np.nan)}
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Values in SI; the mean leakage allows for a leak in a part of the stroke."""
-        values, options = dict(super().measure(records)), self.options
+        """Values in SI of whole records; the mean leakage allows for a leak in a part of the stroke."""
+        options, every = self.options, self.samples_per_estimate(records.sampling_frequency)
         windows, signals = self._windows(records)
+        last = np.array([records.n_time // every * every - 1])
+        estimates, undetermined = self._estimates(records, windows, signals, last, 1.0)
+        is_prior = undetermined[:, 0] > MOST_PRIOR
+        values = {name: np.where(is_prior, np.nan, array[:, 0]) for name, array in estimates.items()}
         _, position, first, second, *supplies = signals
-        priors = self._priors(records, *(each[:, -1:] for each in supplies))[:, 0]
+        priors = self._priors(records, *(supply[:, -1:] for supply in supplies))[:, 0]
         flows = mean_flows(
             windows, priors, options.assumptions(records), position, first - second, options.half_window,
             records.sampling_frequency,
         )  # fmt: skip
         for name, flow in zip(("mean_leakage", "mean_leakage_error"), flows, strict=True):
             values[name] = np.where(np.isfinite(values[name]), flow, np.nan)
-        return values
+        return values | self.stored_trace(records)
 
-    def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """Estimates from the whole record, if it determines the leakage."""
-        whole = {each.name: trace.values[f"whole_{each.name}"][:, -1] for each in self.estimates}
-        is_prior = trace.values["whole_undetermined"][:, -1] > MOST_PRIOR
-        return {name: np.where(is_prior, np.nan, array) for name, array in whole.items()}
+    def _estimates(
+        self, records: RecordBatch, windows: tuple[Array, Array, Array], signals: tuple[Array, ...],
+        due: NDArray[np.intp], decay: float,
+    ) -> tuple[dict[str, Array], Array]:  # fmt: skip
+        """Outputs after the samples `due`, and the share of the prior in the variance of K_i."""
+        options, (*_, supply, reference) = self.options, (array[:, due] for array in signals)
+        complete = np.array([windows_before(index + 1, options.half_window) for index in due], dtype=np.int64)
+        priors = self._priors(records, supply, reference)
+        found = follow_equations(options, records, *windows, complete, priors, decay)
+        values = named_estimates(options, found, reference, options.deviations(records))
+        return values, found[:, :, weak_rls.UNDETERMINED]
 
     def _windows(self, records: RecordBatch) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
         """Regressors, targets and counts of the windows, and the signals that they are made of."""
@@ -354,18 +354,18 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             total = records[P1] + records[P2]
         else:
             total = 2.0 * records[P1] - options.load_stiffness / options.areas[0] * options.position(records)
-        gain = 1.0 - self._decays(records)[0]
+        gain = 1.0 - self._decay(records)
         total = total - options.return_pressure
         supply = options.supply_over_time(records, total, every_sample, options.half_window, gain)
         is_known = options.supply_known_by(records) != "sum"
         return supply, supply if is_known else np.full(supply.shape, options.supply_pressure)
 
-    def _decays(self, records: RecordBatch) -> Array:
-        """Forgetting factors per window of the trace and of whole records; one value if both are equal."""
+    def _decay(self, records: RecordBatch) -> float:
+        """Forgetting factor per window of the trace."""
         memory = self.options.memory
         if memory == "none":
-            return np.ones(1)
-        return np.array([math.exp(-self.options.half_window / records.sampling_frequency / memory), 1.0])
+            return 1.0
+        return math.exp(-self.options.half_window / records.sampling_frequency / memory)
 
 
 _SUPPLY = UNKNOWNS.index("supply")

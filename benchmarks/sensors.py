@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jobs import lane_jobs
 
-from hydrofdi.execution import Job, compute_columns
+from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.sensing import CHANNELS
 
 RECORD = 20.0

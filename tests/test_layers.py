@@ -44,7 +44,7 @@ HOMES = {
     "pywt": ("transforms.py", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
-    "yaml": ("settings/yaml_source.py", "config/loading.py", "api/plants.py"),
+    "yaml": ("settings/yaml_source.py", "config/loading.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("tables/table.py", "records/opening.py", "records/writing.py"),
     "xarray": ("api/", "tables/table.py"),

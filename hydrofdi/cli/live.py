@@ -72,9 +72,9 @@ def train(
 
 def train_options() -> dict[str, Any]:
     """The options of `train` that follow from the configuration of a detector."""
-    from hydrofdi.api.detectors.training import setting_keys
     from hydrofdi.cli.options import options_of
     from hydrofdi.detectors.trained.configuration import DetectorConfig
+    from hydrofdi.detectors.trained.request import setting_keys
 
     return options_of(DetectorConfig, setting_keys())
 
@@ -93,7 +93,7 @@ def detect(
 
     Exit code 1 if a record has no window that is judged or novel, and on an alarm with --fail-on-alarm.
     """
-    from hydrofdi.api.detectors.windows import csv_lines, json_parts
+    from hydrofdi.detectors.trained.windows import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
     tally = hydrofdi.Detector.load(detector).windows(sources, **settings)
@@ -108,7 +108,7 @@ def detect(
 
 def _windows(tally: Tally) -> Iterator[Any]:
     """The first windows, in order; of many, alarms first, then other scores beyond a limit."""
-    from hydrofdi.api.detectors.windows import windows_table
+    from hydrofdi.detectors.trained.windows import windows_table
 
     def place(row: tuple[int, JudgedWindow]) -> tuple[bool, bool, int]:
         return not row[1].alarm, not row[1].verdict.is_beyond, row[0]

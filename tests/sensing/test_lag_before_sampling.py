@@ -8,7 +8,7 @@ from scipy import signal as scipy_signal
 
 from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.config.request import SENSING
-from hydrofdi.execution import Job, compute_columns
+from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.sensing import CHANNELS, CLOCK, Clocks, random_generator, sampling_instants
 from hydrofdi.simulation import batch
 from hydrofdi.simulation.batch import simulate_batch

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunSpec
 from hydrofdi.config.request import RunRequest
-from hydrofdi.execution import Job, compute_columns
 from hydrofdi.execution import compute as compute_module
+from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.indicators.catalogue.wavelets import phase_rms
 from hydrofdi.quality.measures import SETTLED_CHANGE, how_records_settle, pressure_features
 from hydrofdi.simulation.batch import simulate_batch

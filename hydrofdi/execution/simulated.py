@@ -13,9 +13,9 @@ from typing import Any
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.sections.plant import absent_signals
-from hydrofdi.engine import limited
+from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import Issue
-from hydrofdi.execution import InProcessEngine, leakage_coefficients
+from hydrofdi.execution.calibrating import leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.sensing import measured_batch
 from hydrofdi.settings.messages import counted

@@ -6,35 +6,28 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from numbers import Integral
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.arguments import path_of, refusal
-from hydrofdi.api.plan import SweepPlan, plan_sweep
-from hydrofdi.api.results import Results
-from hydrofdi.api.stored import rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
-from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.runs import NO_RUN, record_identity
 from hydrofdi.config.shown_values import ParameterAnswer, shown_options
 from hydrofdi.config.study import StudyTable
 from hydrofdi.errors import StoreError
+from hydrofdi.execution.plan import SweepPlan, plan_sweep
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
+from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import read_texts
 from hydrofdi.store.folder import read_provenance, read_request
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT, output_variables, stored_variables
+from hydrofdi.store.results import rows_named, stored_run_ids
 from hydrofdi.store.shards import StoredRun, read_index, read_rows
 from hydrofdi.tables.answer import Answer, Piece
-
-Folder = str | PathLike[str] | Results
-"""Folder of an experiment, or what is stored in it."""
-
 
 _SAID = (MESSAGE, VERDICT, *(doubt.number for doubt in DOUBTS.values()))
 
@@ -171,24 +164,9 @@ class Rerun(Answer):
         return {"run_id": self.run_id, "same_bits": bool(self), "differing": self.differing}
 
 
-def status(folder: Folder) -> SweepStatus:
-    """Progress of the latest sweep in a folder.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    >>> study = {"name": "oils", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.status(results.folder)
-    2 planned, 2 done, 0 failed, 0 missing (2 ok)
-    """
-    plan = _stored_plan(path_of(folder))
+def progress_of(directory: Path) -> SweepStatus:
+    """Progress of the latest sweep in a folder."""
+    plan = _stored_plan(directory)
     results = ShardResults(plan.run_ids, plan.index, plan.failures)
     statuses = Counter(results.statuses())
     missing = len(plan.missing)
@@ -205,15 +183,8 @@ def status(folder: Folder) -> SweepStatus:
     )
 
 
-def verify(folder: Folder) -> Verification:
-    """Check the checksum of every shard, and whether index and experiment file match.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment.
-    """
-    directory = path_of(folder)
+def verified(directory: Path) -> Verification:
+    """Checksums of every shard, and whether index and experiment file match."""
     plan = _stored_plan(directory)
     index = read_index(directory, trust=False)
     faults = [*index.damaged.values()]
@@ -235,30 +206,8 @@ def verify(folder: Folder) -> Verification:
     return Verification(faults)
 
 
-def why(folder: Folder, run: str | int) -> Explanation:
-    """A run explained: its settings, verdict and failure.
-
-    Parameters
-    ----------
-    folder : path or Results
-    run : str or int
-        Beginning of its identity, or its row.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment, or no such run.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    >>> study = {"name": "oils", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.why(results.folder, 1).differences
-    {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
-    """
-    directory = path_of(folder)
+def explained(directory: Path, run: str | int) -> Explanation:
+    """A run by its row, or the beginning of its identity: its settings, verdict and failure."""
     plan = _stored_plan(directory)
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
@@ -297,26 +246,14 @@ def why(folder: Folder, run: str | int) -> Explanation:
     )
 
 
-def rerun(folder: Folder, run: str | int, experiment: Experiment | None = None) -> Rerun:
-    """Compute a stored run again, and compare the bits.
+def repeated(directory: Path, run: str | int, experiment: ExperimentConfig | None) -> Rerun:
+    """A stored run that is computed again, and its bits compared."""
+    from hydrofdi.engine import InProcessEngine
+    from hydrofdi.execution.calibrating import leakage_coefficients
+    from hydrofdi.execution.compute import Job, compute_columns
 
-    Parameters
-    ----------
-    folder, run
-        As in `why`.
-    experiment : path, mapping or ExperimentConfig, optional
-        By default the latest request of the folder; a file of indicators is executed only if it is given.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment or no such run, or the run is not stored.
-    """
-    from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-
-    directory = path_of(folder)
-    asked = _request(directory) if experiment is None else load_experiment(experiment)
-    plan = plan_sweep(asked, directory)  # needs its indicators
+    # needs its indicators
+    plan = plan_sweep(experiment or _request(directory), directory)
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     stored = plan.index.runs.get(run_id)

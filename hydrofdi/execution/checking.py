@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from numbers import Real
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.arguments import positive_of
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.experiment import DEFAULT_CHOICE
-from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
 from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
 from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.engine import limited
+from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients, split_jobs
+from hydrofdi.execution.calibrating import leakage_coefficients
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
+from hydrofdi.execution.compute import Job, compute_columns, split_jobs
 from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import (
     FIGURES,
@@ -44,9 +42,6 @@ from hydrofdi.store.layout import names
 from hydrofdi.tables.answer import Piece, Strong
 from hydrofdi.tables.table import UNSAID, Column, Table, quantity
 from hydrofdi.units import convert
-
-if TYPE_CHECKING:
-    from hydrofdi.api.settings import Settings
 
 Mode = dict[str, Any]
 """One run: ``labels``, further varied parameters → their values in SI; ``bulk_modulus`` [Pa];
@@ -127,33 +122,10 @@ class Check(ParameterAnswer):
             yield "no warnings"
 
 
-def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings]) -> Check:
-    """Look at an experiment before running it, as ``hydrofdi check`` does.
-
-    Parameters
-    ----------
-    experiment : path, mapping or ExperimentConfig, optional
-        By default the nominal actuator.
-    **settings
-        As in `hydrofdi.simulate`.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake, or a leakage flow that cannot be reached.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> found = hydrofdi.check(duration="2 s", step="1 ms")
-    >>> bool(found)
-    False
-    >>> found.problems[0]
-    'the step of 0.001 s is too long for the friction zone: ...'
-    """
-    loaded = load_experiment(experiment, settings)
-    with limited(loaded.limits.time_per_job):
-        selection = select_runs(loaded)
+def checked(experiment: ExperimentConfig) -> Check:
+    """Findings on an experiment, from its runs alone and from some that are simulated."""
+    with limited(experiment.limits.time_per_job):
+        selection = select_runs(experiment)
         rows = computed_rows(selection.jobs)
     jobs, distinct = selection.jobs, selection.distinct
     nominal, record = jobs[0].parameters, jobs[0].parameters.record
@@ -173,16 +145,20 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
     messages = {str(row["status"]): str(row["message"]) for row in rows}
     problems += [f"{text}: {messages[status]}" for (status, _), text in told.items() if status != "ok"]
     problems += selection.unreached
-    with shown_in(loaded.units):
-        warnings = [*unusual_values(loaded), *idle_parameters(loaded), *experiment_warnings(loaded, distinct)]
-    unusual = unusual_parameters(loaded)
+    with shown_in(experiment.units):
+        warnings = [
+            *unusual_values(experiment),
+            *idle_parameters(experiment),
+            *experiment_warnings(experiment, distinct),
+        ]
+    unusual = unusual_parameters(experiment)
     tabled = {each.sentence for each in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
     return Check(
         step=step,
         step_limits=limits,
         binding=min(limits, key=limits.__getitem__) if limits else "",
-        figures={} if nominal.plant.fmu else machine_figures(loaded.nominal_parameters),
+        figures={} if nominal.plant.fmu else machine_figures(experiment.nominal_parameters),
         modes=modes,
         n_sample=record.n_sample,
         n_left_out=selection.n_left_out,
@@ -191,57 +167,16 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
         plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows),
         problems=problems,
         warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
-        units=loaded.units,
+        units=experiment.units,
     )
 
 
-def calibrate(
-    experiment: Experiment | None = None,
-    /,
-    *,
-    flows: str | float | Sequence[str | float] = (),
-    **settings: Unpack[Settings],
-) -> Table:
-    """The leakage coefficients of mean leakage flows, under the conditions of the baseline.
-
-    Parameters
-    ----------
-    experiment : path, mapping or ExperimentConfig, optional
-        By default the nominal actuator.
-    flows : str, float, or sequence of them
-        Mean leakage flows such as ``"0.12 L/min"``, or numbers in SI [m³/s].
-    **settings
-        As in `hydrofdi.simulate`.
-
-    Returns
-    -------
-    Table
-        A row for each flow: ``flow``, mean of abs(q_il) [m³/s]; ``coefficient``, K_i of the orifice law
-        [m^3.5/kg^0.5].
-
-    Raises
-    ------
-    ConfigError
-        With every mistake, or a flow that cannot be reached.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> (target,) = hydrofdi.calibrate(flows=["0.12 L/min"], duration="2 s")
-    >>> f"{target['coefficient']:.1e} m³/s/√Pa"
-    '...e-10 m³/s/√Pa'
-    """
-    if isinstance(flows, str | Real) or not isinstance(flows, Iterable):
-        flows = [flows]
-    what = "a flow such as '0.12 L/min', or a number in m³/s"
-    values = [positive_of("flows", flow, "m^3/s", what) for flow in flows]
-    if not values:
-        raise ConfigError("flows: name at least one, e.g. 0.12 L/min")
-    loaded = load_experiment(experiment, settings)
-    sweep = SweepConfig(grid={"leakage.internal_flow": list(dict.fromkeys(values))})
-    table = expand_runs(loaded.model_copy(update={"sweep": sweep}))
+def calibrated(experiment: ExperimentConfig, flows: Sequence[float]) -> Table:
+    """The leakage coefficient K_i of each mean leakage flow [m³/s]."""
+    sweep = SweepConfig(grid={"leakage.internal_flow": list(dict.fromkeys(flows))})
+    table = expand_runs(experiment.model_copy(update={"sweep": sweep}))
     runs = table.runs[: table.n_swept]
-    with limited(loaded.limits.time_per_job):
+    with limited(experiment.limits.time_per_job):
         coefficients = leakage_coefficients(runs, InProcessEngine(), {})
     return Table((
         quantity("flow", [run.request.leakage.internal_flow for run in runs], "m^3/s", "mean leakage"),

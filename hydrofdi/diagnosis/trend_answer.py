@@ -1,4 +1,4 @@
-"""The answer of a trend: sentences, a table, plain data and a picture."""
+"""The answer of a trend: sentences, a table and plain data."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -19,12 +19,9 @@ from hydrofdi.tables.table import Column, Table, quantity
 from hydrofdi.tables.table import plain as for_json
 from hydrofdi.units import convert
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-class Trend(Answer, TrendEstimates):
-    """The trend of a score, as `hydrofdi.trend` returns it."""
+class TrendAnswer(Answer, TrendEstimates):
+    """The trend of a score in sentences, a table and plain data."""
 
     @cached_property
     def _unit(self) -> str:
@@ -187,10 +184,8 @@ class Trend(Answer, TrendEstimates):
             return None
         return {name: self._stated(getattr(found, name)) for name in ("value", "low", "high")}
 
-    def plot(self) -> Figure:
-        """The points, the level with its interval, the onset, the limit and when it is reached."""
-        from hydrofdi.report.figures.trend import draw_trend
-
+    def drawing(self) -> dict[str, Any]:
+        """What a figure shows: points, levels, onset, limit and when it is reached, in units for display."""
         used, draws = self.points.is_used, self.draws
         unit = "" if self.history.is_dated else "days" if self.every >= DAY / 2 else "min"
         span = 60.0 if unit == "min" else DAY
@@ -206,22 +201,22 @@ class Trend(Answer, TrendEstimates):
             None if found is None else (found.value / span, found.low / span, found.high / span)
             for found in (self.onset, self.reached)
         )
-        return draw_trend(
-            self.answer.partition(". ")[0].rstrip("."),
-            f"{self.history.meaning} [{self.shown_unit or '-'}]",
-            (self.points.time / span, self.factor * values, used),
-            (instants / span, self.factor * levels),
-            onset,
-            None if self.limit is None else self.factor * self.limit,
-            reached,
-            time_unit=unit,
-        )
+        return {
+            "title": self.answer.partition(". ")[0].rstrip("."),
+            "label": f"{self.history.meaning} [{self.shown_unit or '-'}]",
+            "points": (self.points.time / span, self.factor * values, used),
+            "levels": (instants / span, self.factor * levels),
+            "onset": onset,
+            "limit": None if self.limit is None else self.factor * self.limit,
+            "reached": reached,
+            "time_unit": unit,
+        }
 
 
-class Trends(Answer, dict[str, Trend]):
+class Trends(Answer, dict[str, TrendAnswer]):
     """Machine of a fleet → its trend; `without` has those that have none, with the reason."""
 
-    def __init__(self, trends: Mapping[str, Trend], without: Mapping[str, DataError]) -> None:
+    def __init__(self, trends: Mapping[str, TrendAnswer], without: Mapping[str, DataError]) -> None:
         super().__init__(trends)
         self.without = {machine: str(error) for machine, error in without.items()}
 
@@ -241,6 +236,6 @@ class Trends(Answer, dict[str, Trend]):
         """Everything as ``hydrofdi trend --json`` prints it."""
         return {"machines": {name: each.to_dict() for name, each in self.items()}, "without": self.without}
 
-    def plot(self) -> Figure:
+    def plot(self) -> NoReturn:
         """A figure is of one machine."""
         raise ConfigError(f"figure: is of one machine; choose it with 'machine': {', '.join(self)}")

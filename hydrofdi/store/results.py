@@ -9,6 +9,9 @@ from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, ReportError, StoreError
@@ -176,3 +179,13 @@ def library_versions() -> dict[str, str]:
     """Versions of hydrofdi, Python and the libraries that numbers depend on."""
     versions = {name: version(name) for name in _LIBRARIES}
     return versions | {"hydrofdi": __version__, "python": platform.python_version()}
+
+
+def external_coefficients(data: ExperimentData) -> NDArray[np.float64]:
+    """K_e of chamber 1 and 2 of each run [m³/(s·Pa)], shape (n_run, 2)."""
+    either, *own = (data.values(f"leakage.external_coefficient{chamber}") for chamber in ("", "_1", "_2"))
+    rows = [
+        [common if value is None else value for value, common in zip(values, either, strict=True)]
+        for values in own
+    ]
+    return np.array(rows, dtype=float).T

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.runs import study_roles
 from hydrofdi.errors import ConfigError
@@ -17,8 +16,8 @@ from hydrofdi.evaluation.scores import Kind
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, sketch_of
 from hydrofdi.records.source import MeasuredSource
-from hydrofdi.report.runs import external_coefficients
 from hydrofdi.store.records import StoredRecords
+from hydrofdi.store.results import external_coefficients
 from hydrofdi.studies.measured import WHICH, require_labels
 from hydrofdi.studies.reading import stored_roles
 
@@ -93,15 +92,17 @@ class HealthyRecords:
         require_labels((("healthy", label) for label in self.healthy), found)
 
     def _of_source(self, source: RecordSource, found: set[str]) -> Iterator[RecordBatch]:
-        if not isinstance(source, SimulatedRecords | StoredRecords):
+        experiment = experiment_of(source)
+        if experiment is None:
             for batch in source.batches(labels=True):
                 found |= set(batch.labels or ())
                 yield self._healthy(source, batch)
             return
-        are_meant, groups = _runs(source, is_faulty=self.is_faulty)
+        runs: Any = source
+        are_meant, groups = _runs(runs, experiment, is_faulty=self.is_faulty)
         self.left_out.n_leaking += int(np.sum(~are_meant))
         only = np.flatnonzero(are_meant).tolist()
-        for batch in analysed_batches(replace(source, only=only), labels=True):
+        for batch in analysed_batches(replace(runs, only=only), labels=True):
             if groups is None:
                 yield batch
             else:
@@ -143,13 +144,12 @@ def labels_of_healthy(source: RecordSource) -> tuple[str, ...]:
 
 
 def _runs(
-    source: SimulatedRecords | StoredRecords, *, is_faulty: bool
+    source: Any, experiment: ExperimentConfig, *, is_faulty: bool
 ) -> tuple[NDArray[np.bool_], dict[str, str] | None]:
     """Whether each run of an experiment is healthy (or faulty), and the groups of the records of a study.
 
     Of a study, its fit records in the first design are; of others, all runs without a leak (or with one).
     """
-    experiment = experiment_of(source)
     if experiment.study is not None:
         roles = stored_roles(source.data) if isinstance(source, StoredRecords) else study_roles(experiment)
         kind = Kind.FAULT if is_faulty else Kind.HEALTHY
@@ -166,16 +166,25 @@ def _runs(
     return are_leaking if is_faulty else ~are_leaking, None
 
 
-def experiment_of(source: SimulatedRecords | StoredRecords) -> ExperimentConfig:
-    """The experiment behind simulated records."""
-    return source.data.experiment if isinstance(source, StoredRecords) else source.experiment
+def experiment_of(source: RecordSource) -> ExperimentConfig | None:
+    """The experiment behind simulated records; None of measured ones."""
+    return (
+        source.data.experiment if isinstance(source, StoredRecords) else getattr(source, "experiment", None)
+    )
+
+
+def is_of_study(source: RecordSource) -> bool:
+    """Whether records are those of a study."""
+    experiment = experiment_of(source)
+    return experiment is not None and experiment.study is not None
 
 
 def analysed_batches(source: RecordSource, *, labels: bool = False) -> Iterator[RecordBatch]:
     """Batches of a source; of a study, without the samples that its analysis discards."""
+    experiment = experiment_of(source)
     n_discarded = 0
-    if isinstance(source, SimulatedRecords | StoredRecords) and experiment_of(source).study is not None:
-        n_discarded = experiment_of(source).nominal_parameters.n_discarded
+    if experiment is not None and experiment.study is not None:
+        n_discarded = experiment.nominal_parameters.n_discarded
     for batch in source.batches(labels=labels):
         yield batch.window(n_discarded) if n_discarded else batch
 

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.config.sections.plant import INPUTS, OUTPUTS
-from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.description import Model, Variable, read_model
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import number_text
-from hydrofdi.store.files import write_whole_text
+from hydrofdi.settings.yaml_source import yaml_text
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Table
 
@@ -38,6 +35,9 @@ _USUAL = {
     "internal_leakage_flow": r"leak",
 }
 """Signal → how variables of it are usually called, in small letters."""
+
+Units = Mapping[str, str]
+"""Signal → its unit."""
 
 _LEAK = r"leak|seal|(?:^|[._])k_?il?$"
 """How parameters that set the internal leakage are usually called."""
@@ -117,11 +117,11 @@ def _text(value: Any) -> str:
     return number_text(value) if isinstance(value, float) else str(value)
 
 
-def inspect_plant(path: Path, write: str | PathLike[str] | None = None) -> PlantInspection:
-    """Read what an FMU says of itself; nothing of it is executed. `write` is a new file for the proposal."""
+def inspect_plant(path: Path, inputs: Units, outputs: Units) -> PlantInspection:
+    """Read what an FMU says of itself, and propose which variables are the signals; nothing is executed."""
     model = read_model(path)
     interfaces = {"co-simulation": model.source.coSimulation, "model exchange": model.source.modelExchange}
-    found = PlantInspection(
+    return PlantInspection(
         str(path),
         model.source.fmiVersion,
         model.source.generationTool or "not stated",
@@ -136,26 +136,20 @@ def inspect_plant(path: Path, write: str | PathLike[str] | None = None) -> Plant
             }
             for each in model.variables.values()
         ],
-        _proposal(model, str(path)),
+        _proposal(model, str(path), inputs, outputs),
     )  # fmt: skip
-    if write is not None:
-        target = Path(write)
-        if target.exists():
-            raise ConfigError(f"{target}: exists already; give a new file")
-        write_whole_text(target, _proposal(model, str(path.resolve())))
-    return found
 
 
-def _proposal(model: Model, path: str) -> str:
+def _proposal(model: Model, path: str, known_inputs: Units, known_outputs: Units) -> str:
     """An experiment on an FMU, with the variables whose names and units suggest what they are."""
-    import yaml
-
     taken: set[str] = set()
-    inputs = {name: text for name in INPUTS if (text := _found(model, name, taken))}
+    inputs = {name: text for name in known_inputs if (text := _found(model, name, known_inputs, True, taken))}
     free = [each for each in model.variables.values() if each.causality == "input" and not each.is_array]
     if "input_voltage" not in inputs and len(free) == 1 and not inputs:
         inputs["input_voltage"] = _written(free[0], "V")
-    outputs = {name: text for name in OUTPUTS if (text := _found(model, name, taken))}
+    outputs = {
+        name: text for name in known_outputs if (text := _found(model, name, known_outputs, False, taken))
+    }
     plant: dict[str, Any] = {
         "fmu": path,
         "inputs": inputs or {"input_voltage": "…"},
@@ -184,12 +178,12 @@ def _proposal(model: Model, path: str) -> str:
     }
     if grid:
         experiment["sweep"] = {"grid": grid}
-    return yaml.safe_dump(experiment, sort_keys=False, allow_unicode=True, width=100)
+    return yaml_text(experiment)
 
 
-def _found(model: Model, signal: str, taken: set[str]) -> str:
+def _found(model: Model, signal: str, known: Units, is_input: bool, taken: set[str]) -> str:
     """The variable that is probably a signal; empty if none is."""
-    is_input, needed = signal in INPUTS, {**INPUTS, **OUTPUTS}[signal]
+    needed = known[signal]
     candidates = [
         each
         for each in model.variables.values()

@@ -12,35 +12,32 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 from math import prod
-from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple
 from warnings import catch_warnings
 
 from numpy import bincount
 
-from hydrofdi.api.arguments import count_of, path_of, refusal
-from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
-from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.shown_values import ParameterAnswer, shown_in
+from hydrofdi.config.shown_values import ParameterAnswer
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_bytes, time_text
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder import Failure, read_failures
 from hydrofdi.store.layout.names import dimensions, stored_signals
+from hydrofdi.store.results import experiment_file
 from hydrofdi.store.shards import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Table
 
 if TYPE_CHECKING:
-    from hydrofdi.api.settings import Settings
-    from hydrofdi.execution import Job
+    from hydrofdi.execution.compute import Job
 
 _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
@@ -154,7 +151,7 @@ class SweepPlan:
 
     @cached_property
     def _needed_signals(self) -> set[str]:
-        from hydrofdi.execution import needed_signals
+        from hydrofdi.execution.compute import needed_signals
 
         return needed_signals(self.experiment.indicator_choice.made(self.experiment.wavelet))
 
@@ -258,8 +255,7 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     runs = plan.table.runs.at(plan.simulated)
     if not runs:
         return 0.0, 0.0
-    from hydrofdi.execution import Job, compute_columns
-    from hydrofdi.execution.compute import batch_shape
+    from hydrofdi.execution.compute import Job, batch_shape, compute_columns
 
     jobs = [
         Job.of(run, "", run.parameters.leakage.internal_coefficient or 0.0) for run in islice(runs, 4 * WIDTH)
@@ -350,76 +346,40 @@ class Plan(ParameterAnswer):
         yield from (f"warning: {warning}" for warning in self.warnings)
 
 
-def plan(
-    experiment: Experiment | None = None,
-    /,
-    *,
-    out: str | PathLike[str] | None = None,
-    workers: int | None = None,
-    retry_failed: bool = False,
-    **settings: Unpack[Settings],
+def planned(
+    experiment: ExperimentConfig, directory: Path, workers: int, *, retry_failed: bool = False
 ) -> Plan:
-    """What `hydrofdi.sweep` would do, as ``hydrofdi plan`` says it. Writes nothing.
-
-    Parameters
-    ----------
-    experiment, out, workers, retry_failed, **settings
-        As in `hydrofdi.sweep`.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    >>> study = {"name": "planned", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
-    >>> plan = hydrofdi.plan(study)
-    >>> plan
-    experiment            planned → results/planned/planned.h5
-    runs                  2
-    ...
-    >>> plan.reasons
-    {'new': 2}
-    """
-    from hydrofdi.execution import available_cores
-
-    workers = available_cores() if workers is None else count_of("workers", workers)
-    loaded = load_experiment({} if experiment is None else experiment, settings)
-    with shown_in(loaded.units):
-        directory = experiment_directory(loaded, None if out is None else path_of(out))
-        made = plan_sweep(loaded, directory, retry_failed=retry_failed)
-        n_run = len(made.run_ids)
-        swept = {*loaded.ensemble.names, *loaded.sweep.names}  # not what a study draws
-        axes = {k: without_contents([*each]) for k, each in made.table.axes.items() if k in swept}
-        least, most = predict_seconds(made, workers)
-        failed = sum(run_id in made.failures for run_id in made.run_ids)
-        return Plan(
-            experiment=loaded.name,
-            file=str(made.file),
-            planned=n_run,
-            swept=made.table.n_swept,
-            controls_added=n_run - made.table.n_swept,
-            study=_study_record(made),
-            axes=axes,
-            stored=n_run - len(made.missing) - failed,
-            failed_before=failed,
-            missing=len(made.missing),
-            simulated_records=made.n_simulated,
-            measured_analyses=len(made.measurable),
-            reasons=made.reasons(),
-            solutions=made.table.runs.at(made.simulated).solutions(),
-            calibrated_at=loaded.calibration.at,
-            workers=workers,
-            predicted_seconds=least,
-            predicted_seconds_most=most,
-            predicted_file_bytes=made.file_bytes,
-            free_bytes=made.free_bytes,
-            warnings=made.warnings,
-            units=loaded.units,
-        )
+    """What a sweep of an experiment would do. Writes nothing."""
+    made = plan_sweep(experiment, directory, retry_failed=retry_failed)
+    n_run = len(made.run_ids)
+    swept = {*experiment.ensemble.names, *experiment.sweep.names}  # not what a study draws
+    axes = {k: without_contents([*each]) for k, each in made.table.axes.items() if k in swept}
+    least, most = predict_seconds(made, workers)
+    failed = sum(run_id in made.failures for run_id in made.run_ids)
+    return Plan(
+        experiment=experiment.name,
+        file=str(made.file),
+        planned=n_run,
+        swept=made.table.n_swept,
+        controls_added=n_run - made.table.n_swept,
+        study=_study_record(made),
+        axes=axes,
+        stored=n_run - len(made.missing) - failed,
+        failed_before=failed,
+        missing=len(made.missing),
+        simulated_records=made.n_simulated,
+        measured_analyses=len(made.measurable),
+        reasons=made.reasons(),
+        solutions=made.table.runs.at(made.simulated).solutions(),
+        calibrated_at=experiment.calibration.at,
+        workers=workers,
+        predicted_seconds=least,
+        predicted_seconds_most=most,
+        predicted_file_bytes=made.file_bytes,
+        free_bytes=made.free_bytes,
+        warnings=made.warnings,
+        units=experiment.units,
+    )
 
 
 def _study_record(plan: SweepPlan) -> dict[str, Any] | None:

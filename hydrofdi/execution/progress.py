@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from shutil import get_terminal_size
 
-from hydrofdi.api.arguments import refusal
+from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.readable import time_text
 
 _SECONDS_BETWEEN_DRAWINGS, _SECONDS_BETWEEN_LINES = 0.5, 30.0

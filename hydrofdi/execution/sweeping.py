@@ -6,27 +6,24 @@ import math
 import signal
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import replace
-from os import PathLike
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Unpack
+from typing import Literal
 
-from hydrofdi import errors, execution
-from hydrofdi.api.arguments import count_of, path_of
-from hydrofdi.api.plan import WHOLE, Part, SweepPlan, part_of, plan_sweep
-from hydrofdi.api.progress import COEFFICIENTS, RUNS, Watching, watching
-from hydrofdi.api.results import Results, SweepSummary
-from hydrofdi.api.stored import experiment_directory, experiment_file, library_versions, read_results
+from hydrofdi import errors
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
-from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import run_identities
-from hydrofdi.config.shown_values import shown_in
-from hydrofdi.engine import TaskFailure
+from hydrofdi.engine import Engine, TaskFailure
+from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
+from hydrofdi.execution.compute import Job, Recorder, run_jobs
+from hydrofdi.execution.plan import WHOLE, Part, SweepPlan, plan_sweep
+from hydrofdi.execution.progress import COEFFICIENTS, RUNS, Watching
 from hydrofdi.indicators.faults import tells_fault
-from hydrofdi.quality.doubts import doubt_counts
+from hydrofdi.quality.doubts import doubt_counts, remedy_lines
 from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import time_text
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
@@ -46,91 +43,15 @@ from hydrofdi.store.folder import (
     write_request,
 )
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.results import experiment_file, library_versions
 from hydrofdi.store.shards import read_index
-
-if TYPE_CHECKING:
-    from hydrofdi.api.settings import Settings
-
-
-def sweep(
-    experiment: Experiment | None = None,
-    /,
-    *,
-    out: str | PathLike[str] | None = None,
-    workers: int | None = None,
-    engine: Literal["local", "in-process", "dask"] = "local",
-    scheduler: str | None = None,
-    shared_directory: bool = True,
-    part: str | None = None,
-    retry_failed: bool = False,
-    progress: bool = False,
-    **settings: Unpack[Settings],
-) -> Results:
-    """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
-
-    Parameters
-    ----------
-    experiment : path, mapping or ExperimentConfig, optional
-        YAML file, or what would stand in one; without it, the nominal actuator with the settings.
-    out : path, optional
-        Folder of the results; ``results/<name>`` where it is left out.
-    workers : int, optional
-        Processes; the cores that hydrofdi may use where it is left out.
-    engine : {"local", "in-process", "dask"}
-        Where runs are computed: in worker processes, in this process, or on a Dask cluster.
-    scheduler : str, optional
-        Address of the Dask scheduler, such as tcp://host:8786.
-    shared_directory : bool
-        Dask workers write into the results folder (the default), or send their results.
-    part : str, optional
-        Only this part of the runs, such as 3/64; ``hydrofdi collect`` joins the parts of all machines.
-    retry_failed : bool
-        Retry runs that raised an error, hung or lost their worker.
-    progress : bool
-        Show warnings and progress on standard error.
-    **settings
-        As in `hydrofdi.simulate`; also what varies: ``grid={"EBM": ["551 MPa", "689 MPa"]}``.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake; nothing is written then.
-    StoreError
-        The folder is in use, or cannot be written.
-    HydrofdiError
-        The Dask cluster has ended; the same call continues from what is stored.
-    KeyboardInterrupt
-        Ctrl-C: a `SweepInterrupted`, after what ran is stored; the same call continues from there.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> grid = {"EBM": ["551 MPa", "689 MPa"]}
-    >>> results = hydrofdi.sweep(name="stiffness", duration="2 s", grid=grid, engine="in-process")
-    >>> results
-    2 runs in results/stiffness: 2 ok; 1 warning, see .warnings
-    >>> results.dataset.chamber_1_pressure.sizes["run"]
-    2
-    >>> results.statuses
-    {'ok': 2}
-    """
-    with watching(progress) as watcher:
-        loaded = load_experiment({} if experiment is None else experiment, settings)
-        n_worker = None if workers is None else count_of("workers", workers)
-        directory = experiment_directory(loaded, None if out is None else path_of(out))
-        own = WHOLE if part is None else part_of(part)
-        chosen = execution.engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
-        with shown_in(loaded.units):
-            summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
-    if summary.interrupted:
-        raise errors.SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)
-    return Results(read_results(directory) if own == WHOLE else directory, summary)
+from hydrofdi.tables.answer import Answer, Piece
 
 
 def run_sweep(
     experiment: ExperimentConfig,
     directory: Path,
-    engine: execution.Engine,
+    engine: Engine,
     watcher: Watching | None = None,
     *,
     retry_failed: bool = False,
@@ -150,7 +71,7 @@ def run_sweep(
     if not plan.missing and (part.suffix or is_current(plan.file, experiment)):
         _clear_away(plan)
         return _summary(plan, 0, start)
-    recorder = execution.Recorder(directory, part.suffix, watcher.advance)
+    recorder = Recorder(directory, part.suffix, watcher.advance)
     try:
         with engine if plan.missing else nullcontext():
             if plan.missing:
@@ -183,29 +104,13 @@ def run_sweep(
     return replace(summary, interrupted=bool(requests), lost_workers=engine.lost_workers)
 
 
-def collect(folder: str | PathLike[str] | Results) -> Results:
-    """Build the experiment file from what is stored; runs without a result are holes with a reason.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment, a sweep is at work there, or the file cannot be written.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.collect(results.folder)
-    1 run in results/asked: 1 ok
-    """
-    directory = path_of(folder)
+def collected(directory: Path) -> None:
+    """Build the experiment file of a folder from what is stored there."""
     experiment = read_request(directory)
     table = expand_runs(experiment)
     with experiment_lock(directory, lambda _: None):
         remove_leftovers(directory)
         _write_file(experiment, directory, table, run_identities(table.runs))
-    return Results(read_results(directory))
 
 
 def _write_file(
@@ -222,15 +127,15 @@ def _write_file(
 
 
 def _jobs(
-    plan: SweepPlan, engine: execution.Engine, known: dict[str, float], watcher: Watching
-) -> tuple[list[execution.Job], list[tuple[execution.Job, TaskFailure]]]:
+    plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
+) -> tuple[list[Job], list[tuple[Job, TaskFailure]]]:
     """Jobs of the missing runs, and those that failed while K_i was solved."""
     runs, failures = plan.table.runs.at(plan.simulated), dict[int, TaskFailure]()
-    if n_unsolved := execution.unsolved_conditions(runs, known):
+    if n_unsolved := unsolved_conditions(runs, known):
         watcher.begin(COEFFICIENTS, n_unsolved)
     required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
     try:
-        solved = execution.leakage_coefficients(
+        solved = leakage_coefficients(
             runs, engine, known, required=required, on_solved=watcher.advance, lost=failures,
             time_per_job=plan.experiment.limits.time_per_job,
         )  # fmt: skip
@@ -244,7 +149,7 @@ def _jobs(
     jobs = {}
     for position in plan.missing:  # a stored record brings its own coefficient
         own = plan.run_ids[position], coefficients.get(position, math.nan), plan.record_ids[position]
-        job = execution.Job.of(plan.table.runs[position], *own)
+        job = Job.of(plan.table.runs[position], *own)
         jobs[position] = replace(job, stored=plan.measurable.get(position))
     lost = [(jobs.pop(plan.simulated[k]), failure) for k, failure in failures.items()]
     return list(jobs.values()), lost
@@ -280,18 +185,18 @@ def _clear_away(plan: SweepPlan) -> None:
             remove_leftovers(plan.directory)
 
 
-def _finish_early(engine: execution.Engine, watcher: Watching) -> None:
+def _finish_early(engine: Engine, watcher: Watching) -> None:
     engine.cancel()
     watcher.tell("finishing the runs in progress and storing them; press Ctrl-C again to stop at once")
 
 
 def _run(
     plan: SweepPlan,
-    engine: execution.Engine,
-    jobs: list[execution.Job],
-    lost: list[tuple[execution.Job, TaskFailure]],
+    engine: Engine,
+    jobs: list[Job],
+    lost: list[tuple[Job, TaskFailure]],
     watcher: Watching,
-    recorder: execution.Recorder,
+    recorder: Recorder,
 ) -> None:
     """Record the jobs that are lost, and run the others."""
     experiment, n_missing = plan.experiment, len(jobs) + len(lost)
@@ -300,9 +205,7 @@ def _run(
     try:
         for failed in lost:
             recorder.failed(*failed)
-        execution.run_jobs(
-            engine, jobs, plan.directory, experiment.store, experiment.limits.time_per_job, recorder
-        )
+        run_jobs(engine, jobs, plan.directory, experiment.store, experiment.limits.time_per_job, recorder)
     except errors.HydrofdiError as error:
         index, failures = read_index(plan.directory, check=False), read_failures(plan.directory)
         so_far = _stored(replace(plan, index=index, failures=failures))
@@ -354,3 +257,52 @@ def _faults(texts: dict[str, list[str]]) -> dict[str, str]:
                 f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"
             )
     return faults
+
+
+@dataclass(frozen=True, repr=False)
+class SweepSummary(Answer):
+    """What a sweep did. True if no run failed.
+
+    Runs ``planned``; ``completed`` now, those of them ``measured`` from stored signals; ``skipped``, as
+    stored or failed before; ``failed``, without a good end. ``seconds``: wall time [s]. ``interrupted``:
+    whether it was asked to finish early. ``faults``: label → what is wrong with an indicator that failed, in
+    how many runs. ``statuses``, ``verdicts``: how runs ended, and words on those that ended well → number,
+    ``ok`` left out. ``lost_workers``: processes of the local pool that were killed and replaced.
+    """
+
+    planned: int
+    completed: int
+    measured: int
+    skipped: int
+    failed: int
+    seconds: float
+    file: Path
+    interrupted: bool = False
+    faults: dict[str, str] = field(default_factory=dict)
+    statuses: dict[str, int] = field(default_factory=dict)
+    verdicts: dict[str, int] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    lost_workers: int = 0
+
+    @property
+    def stored(self) -> int:
+        """Runs that are stored now, failed ones among them."""
+        return self.planned - self.statuses.get(MISSING, 0)
+
+    def __bool__(self) -> bool:
+        return not (self.failed or self.faults)
+
+    def parts(self) -> tuple[Piece, ...]:
+        """Nothing: all that it says is about the work, not a result."""
+        return ()
+
+    def asides(self) -> Iterator[str]:
+        """Numbers of runs, the verdicts on them, and what failed."""
+        measured = f" ({self.measured:,} from stored signals)" if self.measured else ""
+        lost = f", {counted(self.lost_workers, 'worker')} lost and replaced" * bool(self.lost_workers)
+        yield (
+            f"{counted(self.planned, 'run')}: {self.completed:,} computed{measured}, {self.skipped:,} stored"
+            f" before, {self.failed:,} failed, in {time_text(self.seconds)}{lost}"
+        )
+        yield from remedy_lines(self.verdicts | self.statuses)
+        yield from (f"{label}: {fault}" for label, fault in self.faults.items())

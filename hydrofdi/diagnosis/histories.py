@@ -5,22 +5,16 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.measuring import Indicators, indicators_of
-from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
-from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.diagnosis.trends import History, instant_text
-from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.errors import DataError
 from hydrofdi.evaluation.change_point import FEWEST
-from hydrofdi.indicators import measure
-from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.indicators.selection import assumed_plants, of_machine
-from hydrofdi.records import Channel, RecordSource
+from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.source import MeasuredSource
 from hydrofdi.settings.messages import counted
@@ -35,30 +29,28 @@ _Row = tuple[float, float, float, str]
 """End [s], score, oil temperature [K], and digest of the detector, of a window; empty if it is not known."""
 
 
-def histories_of(
-    data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
-) -> dict[str, History]:
+@dataclass(frozen=True)
+class Score:
+    """What is measured of records: its name, the unit that it has in a batch, and its values in one."""
+
+    label: str
+    unit: Callable[[RecordBatch], str]
+    values: Callable[[RecordBatch], Array]
+
+
+def logged_histories(data: Any) -> dict[str, History] | None:
     """Machine → its history in logs of a monitor, or in the lines of one; a single one has no name.
 
-    Of measured records, unit and whether they have dates are handed to `accept` before the first is measured.
-
-    Raises
-    ------
-    ConfigError, DataError
-        Something cannot be read, or has no score or no date.
+    None if the data are others. Raises DataError if something cannot be read, or no window has a score.
     """
     several = data if isinstance(data, list | tuple) else [data]
     paths = [Path(each).expanduser() for each in several if isinstance(each, str | Path)]
     if paths and all(map(_is_log, paths)):
         name = ", ".join(map(str, paths))
-        found = _of_lines((line for path in paths for line in _lines(path)), name)
-    elif several and all(isinstance(each, Mapping) and "line" in each for each in several):
-        found = _of_lines(((f"line {n}", each) for n, each in enumerate(several, 1)), "the lines")
-    else:
-        return {"": _of_records(data, indicator, output, said, accept)}
-    if indicator or output:
-        raise ConfigError("indicator, output: are for records; a log has the score of its detector")
-    return found
+        return _of_lines((line for path in paths for line in _lines(path)), name)
+    if several and all(isinstance(each, Mapping) and "line" in each for each in several):
+        return _of_lines(((f"line {n}", each) for n, each in enumerate(several, 1)), "the lines")
+    return None
 
 
 def _is_log(path: Path) -> bool:
@@ -88,7 +80,7 @@ def _of_lines(lines: Iterable[tuple[str, Any]], name: str) -> dict[str, History]
             if line["line"] != "window" or line["score"] is None:
                 continue
             machine, digest = (str(line.get(key) or "") for key in ("machine", "digest"))
-            unit, warm = str(line["unit"]), line.get(TEMPERATURE)
+            unit, warm = str(line["unit"]), line.get(Channel.OIL_TEMPERATURE)
             scored = float(line["end"]), float(line["score"])
             row = (*scored, math.nan if warm is None else float(warm), digest)
         except (LookupError, TypeError, ValueError, AttributeError):
@@ -134,23 +126,28 @@ def _since_its_detector(
     return History(name, "score", units[machine, rows[-1][3]], time, score, temperature, tuple(remarks))
 
 
-def _of_records(
-    data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
-) -> History:
-    sources = open_records(data, said=said)
-    name = ", ".join(source.name for source in sources)
+def require_files(sources: Sequence[RecordSource]) -> None:
+    """Check that measured files can be points enough before any is read."""
     if all(isinstance(each, MeasuredSource) and each.files and not each.config.cycles for each in sources):
         n_most = sum(len(each.files) for each in sources if isinstance(each, MeasuredSource))
         if n_most < FEWEST:
-            raise DataError(f"{name}: has {counted(n_most, 'file')}; a trend needs {FEWEST} points or more")
-    chosen = indicators_of(indicator or _balance_of(sources, name))
-    if len(chosen) > 1:
-        raise ConfigError(f"indicator: a trend is of one; found {', '.join(chosen)}")
-    (own,) = chosen.values()
-    options = own.options.model_dump(exclude_unset=True)
-    feature = feature_of(DetectorConfig(indicator=own.name, options=options, output=output))
-    indicators = of_machine({own.name: own}, sources)
-    rows, remarks, unit = list[tuple[float, float, float]](), [*assumed_plants(indicators)], ""
+            raise DataError(
+                f"{_name_of(sources)}: has {counted(n_most, 'file')}; a trend needs {FEWEST} points or more"
+            )
+
+
+def history_of_records(
+    sources: Sequence[RecordSource],
+    score: Score,
+    assumptions: Sequence[str],
+    accept: Callable[[str, bool], object],
+) -> History:
+    """The history of a score in records with dates.
+
+    Unit and whether they have dates are handed to `accept` before the first is measured.
+    """
+    name = _name_of(sources)
+    rows, remarks, unit = list[tuple[float, float, float]](), [*assumptions], ""
     n_record = n_undated = 0
     for batch in (batch for source in sources for batch in source.batches() if batch.n_record):
         if not unit:
@@ -159,33 +156,38 @@ def _of_records(
                     f"{batch.record_ids[0]}: has no date; use a time column of dates, or take it from the"
                     ' name of the file: path: "press {date}.csv", date: "{date}" (docs/measured.md)'
                 )
-            unit = output_unit(feature.indicator, feature.described, batch)
+            unit = score.unit(batch)
             accept(unit, batch.dates[0] >= FIRST_DATE)
         n_record += batch.n_record
         n_undated += sum(map(math.isnan, batch.dates))
-        scores = feature.values(measure(batch, indicators).values)[:, 0]
-        own_warm = TEMPERATURE in batch.channels
-        warm = batch[TEMPERATURE].mean(axis=1) if own_warm else np.full(batch.n_record, np.nan)
+        scores = score.values(batch)
+        own_warm = Channel.OIL_TEMPERATURE in batch.channels
+        warm = batch[Channel.OIL_TEMPERATURE].mean(axis=1) if own_warm else np.full(batch.n_record, np.nan)
         whole = zip(batch.dates, scores.tolist(), warm.tolist(), strict=True)
         rows += [row for row in whole if math.isfinite(row[0]) and math.isfinite(row[1])]
     if not rows:
-        raise DataError(f"{name}: {feature.label} measures none of {counted(n_record, 'record')}")
+        raise DataError(f"{name}: {score.label} measures none of {counted(n_record, 'record')}")
     if n_undated:
         remarks.append(f"left out: {n_undated:,} of {n_record:,} records without a date")
     if (n_empty := n_record - n_undated - len(rows)) > 0:
-        remarks.append(f"{feature.label} has no number in {n_empty:,} of {n_record:,} records")
-    time, score, temperature = np.array(sorted(rows)).T
-    return History(name, feature.label, unit, time, score, temperature, tuple(remarks))
+        remarks.append(f"{score.label} has no number in {n_empty:,} of {n_record:,} records")
+    time, values, temperature = np.array(sorted(rows)).T
+    return History(name, score.label, unit, time, values, temperature, tuple(remarks))
 
 
-def _balance_of(sources: Sequence[RecordSource], name: str) -> dict[str, Any]:
+def _name_of(sources: Sequence[RecordSource]) -> str:
+    return ", ".join(source.name for source in sources)
+
+
+def balance_of(sources: Sequence[RecordSource]) -> dict[str, Any]:
     """The balance that needs no more than the sensors of the first records, with its options."""
     first = next((batch for source in sources for batch in source.batches() if batch.n_record), None)
     known = set() if first is None else first.channels.keys() - first.relative
     spool = "measured" if Channel.SPOOL_POSITION in known else "command"
     if _P1 not in known or not known & {Channel.SPOOL_POSITION, Channel.INPUT_VOLTAGE}:
         raise DataError(
-            f"{name}: a balance needs P1, and u or xv, in SI; state what to measure with 'indicator'"
+            f"{_name_of(sources)}: a balance needs P1, and u or xv, in SI; state what to measure with"
+            " 'indicator'"
         )
     options = {"spool": spool} | ({} if _P2 in known else {"chambers": 1})
     return {"flow_balance" if _X in known else "pressure_balance": options}

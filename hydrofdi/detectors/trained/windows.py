@@ -11,30 +11,33 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.sources import Described, held, records_of
 from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.judged import JudgedWindow, Tally
 from hydrofdi.detectors.trained.lines import line_record
 from hydrofdi.errors import DataError
 from hydrofdi.records.columns import RejectionError
+from hydrofdi.records.memory import held, records_of
 from hydrofdi.records.recording import samples_of
 from hydrofdi.records.streams import Chunk
+from hydrofdi.settings.arguments import Names
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text
 from hydrofdi.tables.table import Column, Table, quantity
 
 
-def watched(detector: Detector, chunks: Iterable[Any], said: Described) -> Iterator[dict[str, Any]]:
+def watched(
+    detector: Detector, chunks: Iterable[Any], frequency: float | None, channel: Names, unit: Names
+) -> Iterator[dict[str, Any]]:
     """The lines of a stream, as they come."""
     file, state = detector.file, detector.start()
-    for chunk in _chunks(chunks, said, said.frequency or file.sampling_frequency):
+    for chunk in _chunks(chunks, frequency or file.sampling_frequency, channel, unit):
         state, lines = detector.step(state, chunk)
         yield from (line_record(line, file.unit) for line in lines)
     yield from (line_record(line, file.unit) for line in detector.end(state)[1])
 
 
-def _chunks(chunks: Iterable[Any], said: Described, frequency: float) -> Iterator[Chunk]:
+def _chunks(chunks: Iterable[Any], frequency: float, channel: Names, unit: Names) -> Iterator[Chunk]:
     """Chunks with their instants; those without any follow each other."""
     n_before = 0
     for each in chunks:
@@ -42,7 +45,7 @@ def _chunks(chunks: Iterable[Any], said: Described, frequency: float) -> Iterato
             yield each
             continue
         samples = held(each)
-        source = records_of(samples, frequency if samples.time is None else None, said.channel, said.unit)
+        source = records_of(samples, frequency if samples.time is None else None, channel, unit)
         if (n_record := len(source.table.record_ids)) > 1:
             raise DataError(f"{source.name}: has {counted(n_record, 'record')}; a chunk of a stream has one")
         try:

@@ -214,10 +214,7 @@ def undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> Coef
     n_time = signal.shape[-1]
     # Parseval: the mean square of a filtered signal is its weighted power, no inverse transform needed.
     power = np.square(np.abs(np.fft.rfft(signal, axis=-1))) * _one_sided_weights(n_time)
-    details, approximations = _gains(wavelet, n_time)
-    return CoefficientRms(
-        _root_of_sums(power, details) / n_time, _root_of_sums(power, approximations) / n_time
-    )
+    return CoefficientRms(*(_root_of_sums(power, gains) / n_time for gains in _gains(wavelet, n_time)))
 
 
 def _root_of_sums(power: NDArray[np.float64], gains: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -233,21 +230,14 @@ def inner_undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -
 
     Records are longer than `boundary_length`.
     """
-    n_time = signal.shape[-1]
-    spectrum = np.fft.rfft(signal, axis=-1)
-    taps = decomposition_filters(wavelet)[0].size
-    levels: list[list[NDArray[np.float64]]] = []
-    for responses in _responses(wavelet, n_time):
-        coefficients = (np.fft.irfft(spectrum * response, n_time, axis=-1) for response in responses)
-        levels.append(
-            [
-                # Without the coefficients that reach back round the circle.
-                root_mean_square(values[..., (n_phase(level) - 1) * (taps - 1) :])
-                for level, values in enumerate(coefficients, 1)
-            ]
-        )
-    details, approximations = (np.stack(rms, axis=-1) for rms in levels)
-    return CoefficientRms(details, approximations)
+    reach = decomposition_filters(wavelet)[0].size - 1
+    rms = np.empty((2, *signal.shape[:-1], wavelet.levels))
+    for kind, coefficients in enumerate(undecimated_coefficients(signal, wavelet)):
+        for level in range(wavelet.levels):
+            # Without the coefficients that reach back round the circle.
+            inside = coefficients[..., level, (n_phase(level + 1) - 1) * reach :]
+            rms[kind, ..., level] = root_mean_square(inside)
+    return CoefficientRms(*rms)
 
 
 def undecimated_coefficients(

@@ -15,7 +15,7 @@ import linecache
 import os
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial, wraps
 from importlib.metadata import version
@@ -259,7 +259,7 @@ def _link(code: bytes, arguments: tuple[Any, ...]) -> _Call:
     engine.add_object_file(binding.ObjectFileRef.from_data(code))
     engine.finalize_object()
     pointer = ctypes.c_void_p
-    prototype = ctypes.CFUNCTYPE(ctypes.c_int32, pointer, pointer, *_c_types(arguments))
+    prototype = ctypes.CFUNCTYPE(ctypes.c_int32, pointer, pointer, *map(_c_type, _parts(arguments)))
     entry = prototype(engine.get_function_address(_SYMBOL))
     results = (ctypes.c_void_p * 2)()
     result, failure = ctypes.addressof(results), ctypes.addressof(results) + ctypes.sizeof(pointer)
@@ -273,20 +273,13 @@ def _link(code: bytes, arguments: tuple[Any, ...]) -> _Call:
     return call
 
 
-def _c_types(values: tuple[Any, ...]) -> Iterator[Any]:
-    """ctypes types of `_parts`, in the same order."""
-    for value in values:
-        if isinstance(value, np.ndarray):
-            yield from (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
-            yield from (ctypes.c_int64,) * (2 * value.ndim)
-        elif isinstance(value, tuple):
-            yield from _c_types(value)
-        elif isinstance(value, float):
-            yield ctypes.c_double
-        elif isinstance(value, bool):
-            yield ctypes.c_bool
-        else:
-            yield ctypes.c_void_p if value is None else ctypes.c_int64
+def _c_type(part: Any) -> Any:
+    """ctypes type of one of `_parts`; an address is passed like an integer."""
+    if part is None:
+        return ctypes.c_void_p
+    if isinstance(part, float):
+        return ctypes.c_double
+    return ctypes.c_bool if isinstance(part, bool) else ctypes.c_int64
 
 
 def _parts(values: tuple[Any, ...]) -> list[Any]:

@@ -1,4 +1,4 @@
-"""Interface of an indicator, and of one that follows samples without keeping earlier ones."""
+"""Interface of an indicator, and bases of those of one channel and of those that follow samples."""
 
 from __future__ import annotations
 
@@ -207,9 +207,6 @@ class RecursiveOptions(Section):
 
 Following = TypeVar("Following", bound=RecursiveOptions)
 
-_OF_PRIOR = 0.9
-"""Share of its prior standard deviation above which an estimate says nothing of a record."""
-
 
 class RecursiveIndicator(Indicator[Following]):
     """Base of recursive indicators: subclasses define `follow` and `of_record`."""
@@ -238,11 +235,6 @@ class RecursiveIndicator(Indicator[Following]):
             dims={"instant": self.n_instant}, is_score=False,
         )  # fmt: skip
         return (*self.estimates, kept) if self.n_instant else self.estimates
-
-    @property
-    def prior_deviation(self) -> float:
-        """Prior standard deviation of the leakage [m³/s]; a record that hardly reduces it has no values."""
-        return 0.0
 
     @property
     def n_instant(self) -> int:
@@ -279,11 +271,7 @@ class RecursiveIndicator(Indicator[Following]):
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Values in SI."""
         trace = self.trace(replace(records, start_time=0.0))
-        values = self.of_record(trace.since(self.options.transient))
-        if self.prior_deviation:
-            is_prior = values["leakage_error"] > _OF_PRIOR * self.prior_deviation
-            values = {name: np.where(is_prior, np.nan, array) for name, array in values.items()}
-        return {**values, **self.stored_trace(records, trace)}
+        return {**self.of_record(trace.since(self.options.transient)), **self.stored_trace(records, trace)}
 
     def stored_trace(self, records: RecordBatch, trace: Trace | None = None) -> dict[str, Array]:
         """The output with the trace of the score, if it is stored."""
@@ -291,3 +279,31 @@ class RecursiveIndicator(Indicator[Following]):
             return {}
         name = self.estimates[0].name
         return {f"{name}_trace": (trace or self.trace(records)).values[name][:, : self.n_instant]}
+
+
+class ChannelOptions(Section):
+    """Options of an indicator of one channel."""
+
+    channel: Channel = Channel.CHAMBER_1_PRESSURE
+    """Channel to measure."""
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The measured channel."""
+        return frozenset({self.channel})
+
+
+ChosenChannel = TypeVar("ChosenChannel", bound=ChannelOptions)
+
+
+class SingleChannelIndicator(Indicator[ChosenChannel]):
+    """An indicator that needs one channel, which its options name."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the channel."""
+        return self.options.channel.unit
+
+    def signal(self, records: RecordBatch) -> Array:
+        """Samples of the channel, shape (n_record, n_time)."""
+        return records[self.options.channel]

@@ -25,6 +25,9 @@ from hydrofdi.indicators.kalman_filter import (
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
+_OF_PRIOR = 0.9
+"""Share of its prior standard deviation above which an estimate says nothing of a record."""
+
 _LARGEST_NIS = 25.0
 """Innovations five times as large as assumed; those of machines with hoses and an elastic frame reach 20."""
 
@@ -61,11 +64,6 @@ class EkfJoint(KalmanFilter[JointOptions]):
     )
     absence = "the filter diverged, a sample is not a number, or the record does not determine the leakage"
     Options = JointOptions
-
-    @property
-    def prior_deviation(self) -> float:
-        """Prior standard deviation of the leakage [m³/s]."""
-        return self.options.leakage_deviation
 
     @property
     def estimates(self) -> tuple[Output, ...]:
@@ -107,12 +105,11 @@ class EkfJoint(KalmanFilter[JointOptions]):
         return {each.name: values[each.name] for each in self.estimates}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """The last estimates, and the mean of the quality measures."""
-        means = {"nis"}
-        return {
-            name: values.mean(axis=1) if name in means else values[:, -1]
-            for name, values in trace.values.items()
-        }
+        """The last estimates, and the mean nis; none if the record hardly reduces the prior deviation."""
+        last = {name: values[:, -1] for name, values in trace.values.items()}
+        is_prior = last["leakage_error"] > _OF_PRIOR * self.options.leakage_deviation
+        last["nis"] = trace.values["nis"].mean(axis=1)
+        return {name: np.where(is_prior, np.nan, values) for name, values in last.items()}
 
 
 _AUXILIARY = {

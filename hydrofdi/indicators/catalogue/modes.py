@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import ChannelOptions, ChosenChannel, SingleChannelIndicator
+from hydrofdi.indicators.contract import ChannelOptions, ChosenChannel, Output, SingleChannelIndicator
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms import root_mean_square
@@ -148,22 +146,13 @@ class Emd(ModeIndicator[EmdOptions]):
         return root_mean_square(np.abs(hilbert(modes)))
 
 
-@dataclass(frozen=True)
-class VariationalModes:
-    """Modes of a record, lowest frequency first: RMS, and mean frequency [cycles per sample].
-
-    The number of iterations equals the limit if it did not converge.
-    """
-
-    rms: Array
-    frequency: Array
-    iterations: int
-
-
 def variational_modes(
     signal: Array, n_mode: int, bandwidth_weight: float, tolerance: float, most_iterations: int
-) -> VariationalModes:
-    """Modes of a record of finite values (n_time,) with its mean removed.
+) -> tuple[Array, Array, int]:
+    """Modes of a record of finite values (n_time,) with its mean removed, lowest frequency first.
+
+    RMS, mean frequency [cycles per sample], and the number of iterations, which equals the limit if it did
+    not converge.
 
     `bandwidth_weight` is the penalty α, for frequencies in cycles per sample; `tolerance` the limit of the
     sum of squared relative changes of the modes.
@@ -191,7 +180,7 @@ def variational_modes(
             if power[number] > 0.0:
                 centres[number] = np.sum(frequency * squares) / power[number]
     order = np.argsort(centres, kind="stable")
-    return VariationalModes(np.sqrt(power / signal.size)[order], centres[order], iteration)
+    return np.sqrt(power / signal.size)[order], centres[order], iteration
 
 
 def _relative(change: float, power: float) -> float:
@@ -243,9 +232,9 @@ class Vmd(ModeIndicator[VmdOptions]):
     def numbers_of(self, record: Array, sampling_frequency: float) -> Array:
         """The frequency of a mode with zero amplitude is NaN."""
         options = self.options
-        found = variational_modes(
+        rms, frequency, iterations = variational_modes(
             record, options.modes, options.bandwidth_weight, options.tolerance, options.most_iterations
         )
-        moves = found.rms > _ROUNDING * np.abs(record).max()
-        rms, frequency = np.where(moves, found.rms, 0.0), np.where(moves, found.frequency, np.nan)
-        return np.concatenate([rms, frequency * sampling_frequency, [found.iterations]])
+        moves = rms > _ROUNDING * np.abs(record).max()
+        rms, frequency = np.where(moves, rms, 0.0), np.where(moves, frequency, np.nan)
+        return np.concatenate([rms, frequency * sampling_frequency, [iterations]])

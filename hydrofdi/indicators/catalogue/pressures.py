@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.indicators.contract import ChannelOptions, Indicator, Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.units import ABOVE
@@ -359,11 +358,8 @@ class PressureDecay(Indicator[PressureDecayOptions]):
 
     def _is_resting(self, records: RecordBatch) -> NDArray[np.bool_]:
         """Whether the command is zero, or the piston moved little over the last ``speed_time``."""
-        options, frequency, shape = (
-            self.options,
-            records.sampling_frequency,
-            (records.n_record, records.n_time),
-        )
+        options, frequency = self.options, records.sampling_frequency
+        shape = records.n_record, records.n_time
         resting, shown_by = np.ones(shape, dtype=bool), self._shown_by(records)
         if shown_by == "command":
             resting = np.abs(records[Channel.INPUT_VOLTAGE]) <= ABOVE * options.largest_command
@@ -372,7 +368,6 @@ class PressureDecay(Indicator[PressureDecayOptions]):
             largest = np.full(records.n_record, options.largest_speed)
             if Channel.PISTON_POSITION in records.relative:
                 largest = options.largest_relative_speed * np.ptp(position, axis=1)
-            frequency = records.sampling_frequency
             lag = max(1, round(options.speed_time * frequency))
             moved = np.abs(position[:, lag:] - position[:, : max(records.n_time - lag, 0)])
             resting[:, :lag] = False

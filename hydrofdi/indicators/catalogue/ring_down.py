@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import SingleChannelIndicator, SteppedChannelOptions, Steps
+from hydrofdi.indicators.catalogue.transients import SteppedChannelOptions, Steps
+from hydrofdi.indicators.contract import Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 
@@ -132,7 +132,6 @@ def fit_free_motion(
         change, left[moving], covariance[moving] = _improvement(a[moving], b[moving], rest[moving], trend)
         a[moving], b[moving], is_moving = _moved(a[moving], b[moving], change)
         moving = moving[is_moving]
-    power = np.sum(np.square(rest), axis=1)
     left += power
     # Degrees of freedom: samples less degree + 1 of the trend, and four of the motion.
     covariance *= (np.maximum(left, 0.0) / (n_time - degree - 5))[:, None, None]

@@ -7,20 +7,56 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import (
-    Band,
-    ChannelOptions,
-    SegmentTime,
-    SingleChannelIndicator,
-    band_obstacle,
-    middle_band,
-    segment_obstacle,
-)
+from hydrofdi.indicators.contract import ChannelOptions, Output, SingleChannelIndicator
 from hydrofdi.records import Array, RecordBatch
+from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms import level_bands
+
+_FEWEST_SAMPLES = 8
+"""Least number of samples of a segment."""
+
+
+def _rising(band: tuple[float, float]) -> tuple[float, float]:
+    if not band[0] < band[1]:
+        raise ValueError(f"a band must be [lowest, highest] frequency; found {list(band)} Hz")
+    return band
+
+
+Frequency = Annotated[float, SI("Hz", least=0)]
+"""[Hz]"""
+
+
+Band = Annotated[tuple[Frequency, Frequency], AfterValidator(_rising)]
+"""Lowest and highest frequency [Hz]."""
+
+
+SegmentTime = Annotated[float, SI("s", above=0)]
+"""Length of a segment [s]."""
+
+
+def middle_band(band: Band | None, sampling_frequency: float) -> Band:
+    """The band, by default from 1/16 to 1/4 of the sampling frequency [Hz]."""
+    return (sampling_frequency / 16, sampling_frequency / 4) if band is None else band
+
+
+def band_obstacle(records: RecordBatch, band: Band) -> str | None:
+    """Message if the band ends above half of the sampling frequency, else None."""
+    highest = records.sampling_frequency / 2
+    if band[1] > highest:
+        return f"a band ends at {band[1]:g} Hz, above half of the sampling frequency, {highest:g} Hz"
+    return None
+
+
+def segment_obstacle(records: RecordBatch, segment: float) -> str | None:
+    """Message if the segment is longer than the record or has too few samples, else None."""
+    samples = round(segment * records.sampling_frequency)
+    if samples < _FEWEST_SAMPLES:
+        return f"a segment of {segment:g} s has {samples} samples; {_FEWEST_SAMPLES} are needed"
+    if samples > records.n_time:
+        return f"a segment of {segment:g} s has {samples} samples, but the record only {records.n_time}"
+    return None
 
 
 def power_spectrum(signal: Array, sampling_frequency: float, segment: float = 2.0) -> tuple[Array, Array]:

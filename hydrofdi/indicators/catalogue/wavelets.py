@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.indicators.contract import ChannelOptions, Indicator, Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import Section
 from hydrofdi.transforms import (

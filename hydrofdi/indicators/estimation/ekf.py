@@ -36,10 +36,13 @@ LEAST_ROOT = 0.3
 
 
 class ChamberSlopes(NamedTuple):
-    """Derivatives of the rate of a chamber pressure [MPa/s] by the states, in their units."""
+    """Derivatives of the rate of a chamber pressure [MPa/s] by the states, in their units.
 
-    pressure_1: float
-    pressure_2: float
+    By the chamber's own pressure, by that of the other one, and by the others in the order of ``STATES``.
+    """
+
+    own: float
+    other: float
     position: float
     velocity: float
     leakage: float
@@ -49,14 +52,6 @@ class ChamberSlopes(NamedTuple):
     offset: float
     lap: float
     clearance: float
-
-
-class Slopes(NamedTuple):
-    """Derivatives of the rates: of both chamber pressures, and of friction by velocity [N·s/mm]."""
-
-    chamber_1: ChamberSlopes
-    chamber_2: ChamberSlopes
-    friction: float
 
 
 class EdgeSlopes(NamedTuple):
@@ -79,49 +74,45 @@ def edge_slopes(x: float, drop: float, a: Actual, plant: Plant) -> EdgeSlopes:
 
 
 @equation
-def slopes(moving: Moving, spool: float, a: Actual, plant: Plant) -> Slopes:
-    """Derivatives of `rates`."""
-    x, (p_1, p_2) = spool - a.offset, true_pressures(moving, a)
-    to_1, from_1, to_2, from_2 = a.supply - p_1, p_1 - plant.ret, a.supply - p_2, p_2 - plant.ret
-    feed_1, drain_1 = edge_slopes(x, to_1, a, plant), edge_slopes(-x, from_1, a, plant)
-    feed_2, drain_2 = edge_slopes(-x, to_2, a, plant), edge_slopes(x, from_2, a, plant)
-    root = signed_root(p_1 - p_2)
+def chamber_slopes(
+    pressure: float, rate: float, volume: float, area: float, x: float, root: float, sign: float, a: Actual,
+    plant: Plant,
+) -> ChamberSlopes:  # fmt: skip
+    """Derivatives of the rate of a chamber; chamber 2 mirrors chamber 1 (`sign` −1)."""
+    to, off, stiffness = a.supply - pressure, pressure - plant.ret, a.bulk_modulus / volume
+    feed, drain = edge_slopes(sign * x, to, a, plant), edge_slopes(-sign * x, off, a, plant)
     leak = 0.5 * a.leakage_coefficient / max(abs(root), LEAST_ROOT)
     leaking = root * (PER_MINUTE / np.sqrt(plant.reference_pressure))
-    rate, micrometre, by_gain = rates(moving, spool, a, plant), 1e-3, plant.flow_gain / a.flow_gain
-    stiff_1 = a.bulk_modulus / (plant.volume_1 + plant.area_1 * moving.position)
-    stiff_2 = a.bulk_modulus / (plant.volume_2 - plant.area_2 * moving.position)
-    # By P_1, P_2, x_p, v_p, leakage, ln β, ln P_s, flow gain, offset, lap and clearance.
-    chamber_1 = ChamberSlopes(
-        -stiff_1 * (feed_1.by_drop + drain_1.by_drop + leak),
-        stiff_1 * leak,
-        -rate.pressure_1 * stiff_1 * plant.area_1 / a.bulk_modulus,
-        -stiff_1 * plant.area_1,
-        -stiff_1 * leaking,
-        rate.pressure_1,
-        stiff_1 * feed_1.by_drop * a.supply,
-        stiff_1 * (feed_1.opened - drain_1.opened) * by_gain,
-        -stiff_1 * (feed_1.by_opening + drain_1.by_opening) * micrometre,
-        -stiff_1 * (feed_1.by_opening - drain_1.by_opening) * micrometre,
-        stiff_1 * (to_1 - from_1),
+    mirrored, micrometre = -sign * stiffness, 1e-3
+    return ChamberSlopes(
+        -stiffness * (feed.by_drop + drain.by_drop + leak),
+        stiffness * leak,
+        -sign * rate * stiffness * area / a.bulk_modulus,
+        mirrored * area,
+        mirrored * leaking,
+        rate,
+        stiffness * feed.by_drop * a.supply,
+        stiffness * (feed.opened - drain.opened) * (plant.flow_gain / a.flow_gain),
+        mirrored * (feed.by_opening + drain.by_opening) * micrometre,
+        -stiffness * (feed.by_opening - drain.by_opening) * micrometre,
+        stiffness * (to - off),
     )
-    chamber_2 = ChamberSlopes(
-        stiff_2 * leak,
-        -stiff_2 * (feed_2.by_drop + drain_2.by_drop + leak),
-        rate.pressure_2 * stiff_2 * plant.area_2 / a.bulk_modulus,
-        stiff_2 * plant.area_2,
-        stiff_2 * leaking,
-        rate.pressure_2,
-        stiff_2 * feed_2.by_drop * a.supply,
-        stiff_2 * (feed_2.opened - drain_2.opened) * by_gain,
-        stiff_2 * (feed_2.by_opening + drain_2.by_opening) * micrometre,
-        -stiff_2 * (feed_2.by_opening - drain_2.by_opening) * micrometre,
-        stiff_2 * (to_2 - from_2),
-    )
-    friction = 0.0
+
+
+@equation
+def slopes(
+    moving: Moving, spool: float, a: Actual, plant: Plant
+) -> tuple[ChamberSlopes, ChamberSlopes, float]:
+    """Derivatives of `rates`: of both chamber pressures, and of friction by velocity [N·s/mm]."""
+    x, (p_1, p_2), rate = spool - a.offset, true_pressures(moving, a), rates(moving, spool, a, plant)
+    root, friction = signed_root(p_1 - p_2), 0.0
+    volume_1 = plant.volume_1 + plant.area_1 * moving.position
+    volume_2 = plant.volume_2 - plant.area_2 * moving.position
+    one = chamber_slopes(p_1, rate.pressure_1, volume_1, plant.area_1, x, root, 1.0, a, plant)
+    two = chamber_slopes(p_2, rate.pressure_2, volume_2, plant.area_2, x, root, -1.0, a, plant)
     if plant.has_friction_model is not None:
         friction = friction_slope(moving.velocity, plant)
-    return Slopes(chamber_1, chamber_2, friction)
+    return one, two, friction
 
 
 @equation
@@ -213,25 +204,27 @@ def go(tangent: Array, time: float, along: Array, result: Array) -> None:
 
 
 @equation
-def drive(tangent: Array, s: Slopes, plant: Plant, result: Array) -> None:
+def drive(
+    tangent: Array, by: tuple[ChamberSlopes, ChamberSlopes, float], plant: Plant, result: Array
+) -> None:
     """Rates of a tangent: the Jacobian of the plant times the tangent."""
-    one, two, by_mass = s.chamber_1, s.chamber_2, 1.0 / plant.mass
+    (one, two, friction), by_mass = by, 1.0 / plant.mass
     for j in range(N_STATE):
         p_1, p_2, x, v = tangent[0, j], tangent[1, j], tangent[2, j], tangent[3, j]
-        result[0, j] = one.pressure_1 * p_1 + one.pressure_2 * p_2 + one.position * x + one.velocity * v
-        result[1, j] = two.pressure_1 * p_1 + two.pressure_2 * p_2 + two.position * x + two.velocity * v
+        result[0, j] = one.own * p_1 + one.other * p_2 + one.position * x + one.velocity * v
+        result[1, j] = two.other * p_1 + two.own * p_2 + two.position * x + two.velocity * v
         result[2, j] = v
-        force = plant.area_1 * p_1 - plant.area_2 * p_2 - plant.stiffness * x - s.friction * v
+        force = plant.area_1 * p_1 - plant.area_2 * p_2 - plant.stiffness * x - friction * v
         result[3, j] = by_mass * force
     result[3, 4] -= by_mass
     for j in range(LEAKAGE, BIAS_1):
         result[0, j] += one[j - 1]
         result[1, j] += two[j - 1]
-    result[0, 12] -= one.pressure_1
-    result[1, 12] -= two.pressure_1
+    result[0, 12] -= one.own
+    result[1, 12] -= two.other
     result[3, 12] -= by_mass * plant.area_1
-    result[0, 13] -= one.pressure_2
-    result[1, 13] -= two.pressure_2
+    result[0, 13] -= one.other
+    result[1, 13] -= two.own
     result[3, 13] += by_mass * plant.area_2
 
 

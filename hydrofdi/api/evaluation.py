@@ -21,8 +21,7 @@ from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.measuring import measure_sources, used_channels
-from hydrofdi.indicators.overview import Indicators, indicators_of
-from hydrofdi.indicators.selection import assumed_plants, of_machine
+from hydrofdi.indicators.selection import Indicators, assumed_plants, indicators_of, of_machine
 from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.evaluation import EvaluationAnswer
 from hydrofdi.settings.arguments import Names, Texts, names_of

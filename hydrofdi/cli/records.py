@@ -58,7 +58,7 @@ def measure(
     from hydrofdi.api.measuring import measured_records
     from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
-    from hydrofdi.indicators.overview import Counted
+    from hydrofdi.indicators.measuring import Counted
 
     chosen_form = _form("json" if json else form, out)
     said = Described(settings.get("sampling_frequency"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from math import prod
@@ -23,6 +23,7 @@ from hydrofdi.indicators.faults import (
 from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.copies import Sketch, sketch_of
+from hydrofdi.settings.messages import counted
 
 Indicators = Mapping[str, Indicator[Any]]
 """Label → indicator."""
@@ -353,3 +354,48 @@ def _rejected(batch: RecordBatch, columns: Sequence[MeasuredOutput]) -> Iterator
         reasons = dict.fromkeys((column.label for column in columns), record.remark.message)
         place = record.record_id, record.source, record.group, record.label
         yield RecordMeasures(*place, record.remark.kind, {}, reasons, is_rejected=True)
+
+
+@dataclass
+class Counted:
+    """What became of measured records: numbers of them, the first reasons, faulty indicators and doubts."""
+
+    n_record: int = 0
+    n_rejected: int = 0
+    n_empty: int = 0
+    n_unmeasured: int = 0
+    first_rejection: str = ""
+    first_reason: str = ""
+    faults: dict[str, None] = field(default_factory=dict)
+    doubts: list[Issue] = field(default_factory=list)
+
+    def count(self, records: Iterable[RecordMeasures]) -> Iterator[RecordMeasures]:
+        """The records as they come."""
+        for record in records:
+            self.n_record += 1
+            self.n_rejected += record.is_rejected
+            self.n_empty += not (record.is_rejected or record.has_numbers)
+            self.faults |= dict.fromkeys(record.faults.values())
+            self.doubts += record.doubts
+            others = ((label, text) for label, text in record.reasons.items() if label not in record.faults)
+            label, reason = next(others, ("", record.status))
+            if record.is_rejected:
+                self.first_rejection = self.first_rejection or f"{record.record_id}: {reason}"
+            elif label:
+                self.n_unmeasured += 1
+                self.first_reason = self.first_reason or f"{label}: {reason}"
+            yield record
+
+    @property
+    def is_lacking(self) -> bool:
+        """Whether records could not be measured, or an indicator failed."""
+        return bool(self.n_rejected or self.n_empty or self.faults)
+
+    def sentences(self) -> Iterator[str]:
+        """Faulty indicators, and records without numbers."""
+        yield from (f"failed: {fault}" for fault in self.faults)
+        of = f"of {counted(self.n_record, 'record')}"
+        if self.n_rejected:
+            yield f"rejected: {self.n_rejected:,} {of}; {self.first_rejection}"
+        if self.n_empty:
+            yield f"without any number: {self.n_empty:,} {of}"

@@ -8,26 +8,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrofdi.physics.cylinder import (
+    blended_leakage_flow,
     chamber_pressure_rates,
+    dragged_pressure_difference,
     end_stop_force,
+    external_leakage_flow,
     foundation_velocity,
+    internal_leakage_flow,
+    laminar_leakage_flow,
     line_flow_rate,
     line_pressure_rate,
+    onset_ramp,
     piston_acceleration,
     pressure_force,
+    scored_share,
 )
 from hydrofdi.physics.equation import Quantity
 from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus, temperature_factor
 from hydrofdi.physics.friction import FRICTION_LAWS, dry_friction_factor
-from hydrofdi.physics.leakage import (
-    blended_leakage_flow,
-    dragged_pressure_difference,
-    external_leakage_flow,
-    internal_leakage_flow,
-    laminar_leakage_flow,
-    onset_ramp,
-    scored_share,
-)
 from hydrofdi.physics.valve import (
     chamber_1_orifice_drop,
     chamber_2_orifice_drop,

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.compilation.symbols import each, when, when_else
-from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.equation import NEGLIGIBLE, Quantity, limited
-from hydrofdi.physics.valve import acting_voltage, spool_acceleration
+from hydrofdi.physics.valve import acting_voltage, converted, pid_step, spool_acceleration
 from hydrofdi.simulation.hydraulics import State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.lanes import HALF_WIDTH, OPTIONAL, SAMPLED, STATES, WIDTH, ModelOptions
 

@@ -8,10 +8,17 @@ import numpy as np
 from hydrofdi.compilation.object_code import dispatcher
 from hydrofdi.config import load_experiment
 from hydrofdi.indicators.estimation import ekf, ukf
-from hydrofdi.indicators.estimation.kalman_stream import N_SUM, Streams, follow
-from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, Plant, follow_command, spool_transition
-from hydrofdi.indicators.estimation.prediction import TANGENT_SHAPE, advance_with_transition
-from hydrofdi.indicators.estimation.tuning import N_MEASURED, Tuning
+from hydrofdi.indicators.estimation.ekf import TANGENT_SHAPE, advance_with_transition
+from hydrofdi.indicators.estimation.plant import (
+    N_MEASURED,
+    N_MOVING,
+    N_STATE,
+    Plant,
+    Tuning,
+    follow_command,
+    spool_transition,
+)
+from hydrofdi.indicators.kalman_filter import N_SUM, Streams, follow
 from hydrofdi.physics.equation import FAST_MATH
 from hydrofdi.simulation.batch import simulate_batch
 

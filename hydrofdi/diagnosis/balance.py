@@ -13,7 +13,7 @@ from hydrofdi.diagnosis.causes import CAUSES, CONTRASTS, GAPS, N_FINE, N_PLACE, 
 from hydrofdi.indicators.balancing import VolumeBalance, counting_windows, window_equations
 from hydrofdi.indicators.catalogue.balances import BalanceOptions
 from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, weak_weights
-from hydrofdi.physics.equation import signed_root
+from hydrofdi.physics import signed_root
 from hydrofdi.records import Array, RecordBatch
 
 _OF_PRESSURES = ("supply", "bias_1", "bias_2", "gain_1", "gain_2")

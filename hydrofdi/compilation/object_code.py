@@ -25,7 +25,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from hydrofdi.compilation.symbols import is_dynamic, recorded
-from hydrofdi.physics.equation import EQUATIONS, FAST_MATH
+from hydrofdi.physics import EQUATIONS, FAST_MATH
 
 
 @cache

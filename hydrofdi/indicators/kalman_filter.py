@@ -27,7 +27,7 @@ from hydrofdi.indicators.estimation.plant import (
 )
 from hydrofdi.indicators.estimation.ukf import correct_unscented, predict_unscented
 from hydrofdi.indicators.nominal_actuator import UncertainActuator
-from hydrofdi.physics.equation import equation
+from hydrofdi.physics import equation
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.data_sheet import MachineSheet, PlantConstant
 from hydrofdi.settings.quantities import SI
@@ -42,14 +42,13 @@ class Streams(NamedTuple):
 
     `mean` (n_stream, n_state) is NaN if the filter diverged; `covariance`, of an unscented filter its root;
     `sums` (n_stream, N_SUM), of an unscented filter the first; `spool`: position and velocity of the nominal
-    spool [mm, mm/s]; `held`: drive of the spool [mm] and supply pressure [MPa] of the last sample.
+    spool [mm, mm/s].
     """
 
     mean: Array
     covariance: Array
     sums: Array
     spool: Array
-    held: Array
 
 
 @equation
@@ -102,29 +101,27 @@ def follow(
     """
     for k in range(measured.shape[0]):
         mean, covariance, own = streams.mean[k], streams.covariance[k], streams.sums[k]
-        spool, held = streams.spool[k], streams.held[k]
-        n_estimate = 0
+        spool = streams.spool[k]
         for t in range(measured.shape[1]):
             if t == 0:
                 begin(mean, covariance, measured[k, t], tuning.prior)
                 spool[0], spool[1] = drive[k, t], 0.0
             else:
-                is_open = find_path(spool, held[0], drive[k, t], tuning, work.path)
+                is_open = find_path(spool, drive[k, t - 1], drive[k, t], tuning, work.path)
                 if signature is not None:
-                    predict(mean, covariance, signature[k], held[1], tuning, work)
+                    predict(mean, covariance, signature[k], supply[k, t - 1], tuning, work)
                     correct(mean, covariance, signature[k], own, measured[k, t], is_open, tuning, work)
                 if spread is not None:
-                    predict_unscented(mean, covariance, spread, held[1], tuning, work)
+                    predict_unscented(mean, covariance, spread, supply[k, t - 1], tuning, work)
                     own[0] += correct_unscented(mean, covariance, measured[k, t], is_open, tuning, work)
                 give_up_unless_sound(mean, covariance, tuning.limits, spread)
-            held[0], held[1] = drive[k, t], supply[k, t]
             if (t + 1) % every == 0:
+                estimate = t // every
                 for i in range(mean.size):
-                    means[k, n_estimate, tuning.places[i]] = mean[i]
-                    variances[k, n_estimate, tuning.places[i]] = variance(covariance, spread, i)
+                    means[k, estimate, tuning.places[i]] = mean[i]
+                    variances[k, estimate, tuning.places[i]] = variance(covariance, spread, i)
                 for j in range(own.size):
-                    sums[k, n_estimate, j], own[j] = own[j], 0.0
-                n_estimate += 1
+                    sums[k, estimate, j], own[j] = own[j], 0.0
 
 
 class NominalPlant(UncertainActuator, MachineSheet):
@@ -381,7 +378,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the state of a filter, in the order of `Streams`, and the signature."""
         of_mean = {"mean": (N_STATE,), "covariance": (N_STATE, N_STATE)}
-        return of_mean | {"sums": (N_SUM,), "spool": (2,), "held": (2,), "signature": (N_STATE,)}
+        return of_mean | {"sums": (N_SUM,), "spool": (2,), "signature": (N_STATE,)}
 
     def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
         """Filter the records."""

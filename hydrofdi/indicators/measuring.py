@@ -13,13 +13,7 @@ import numpy as np
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.faults import (
-    FaultyIndicatorError,
-    doubts_of,
-    gives_infinite,
-    raised,
-    require_sound_outputs,
-)
+from hydrofdi.indicators.faults import FaultyIndicatorError, doubts_of, fault_of_outputs, raised
 from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.copies import Sketch, sketch_of
@@ -86,7 +80,7 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
         for name, array in numbers.items():
             measures.values[f"{label}.{name}"] = np.where(np.isfinite(array), array, np.nan)
         measures.obstacles[label] = tuple(
-            (gives_infinite(indicator) if infinite[row] else indicator.absence)
+            (f"indicator {indicator.name!r} gives infinite numbers" if infinite[row] else indicator.absence)
             if reason is None and not found[row]
             else reason
             for row, reason in enumerate(reasons)
@@ -134,7 +128,8 @@ def _numbers(
             measured = indicator.measure(chosen)
     except Exception as error:
         raise raised(indicator, error) from error
-    require_sound_outputs(measured, indicator, len(fit))
+    if fault := fault_of_outputs(measured, indicator, len(fit)):
+        raise FaultyIndicatorError(f"indicator {indicator.name!r} gives {fault}")
     for name, array in numbers.items():
         array[fit] = measured[name]
     return numbers

@@ -26,8 +26,7 @@ from typing import Any
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.faults import made_soundly
-from hydrofdi.indicators.selection import label_mistake
+from hydrofdi.indicators.faults import fault_of_declaration
 from hydrofdi.records import Channel
 from hydrofdi.settings.files import Source
 from hydrofdi.settings.messages import brief, nearest, shown_quantity
@@ -88,7 +87,14 @@ def sound_indicator(name: str, options: Mapping[str, Any] | None = None) -> Indi
     """Make an indicator with options, and check its declaration."""
     kind = indicator_kind(name)
     chosen = kind.Options.model_validate(dict(options or {}))
-    return made_soundly(kind, name, chosen)
+    try:
+        indicator = kind(chosen)
+        fault = fault_of_declaration(indicator)
+    except Exception as error:
+        raise ConfigError(f"indicator {name!r} is faulty: {type(error).__name__}: {error}") from error
+    if fault:
+        raise ConfigError(f"indicator {name!r} is faulty: {fault}")
+    return indicator
 
 
 def _own(name: str) -> Kind:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hydrofdi.physics.equation import Quantity, equation, limited, signed_root
+from hydrofdi.physics import Quantity, equation, limited, signed_root
 
 STANDARD_GRAVITY = 9.80665
 """g [m/s²], ISO 80000-3."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.physics.equation import Quantity, equation
+from hydrofdi.physics import Quantity, equation
 from hydrofdi.units import parse_quantity
 
 LN_2 = math.log(2.0)

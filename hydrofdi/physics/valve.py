@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrofdi.physics.equation import Quantity, equation, limited, signed_root, sine
+from hydrofdi.physics import Quantity, equation, limited, signed_root, sine
 
 
 @equation

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from hydrofdi.physics import Quantity
 from hydrofdi.physics.cylinder import (
     blended_leakage_flow,
     chamber_pressure_rates,
@@ -23,7 +24,6 @@ from hydrofdi.physics.cylinder import (
     pressure_force,
     scored_share,
 )
-from hydrofdi.physics.equation import Quantity
 from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus, temperature_factor
 from hydrofdi.physics.friction import FRICTION_LAWS, dry_friction_factor
 from hydrofdi.physics.valve import (

@@ -19,7 +19,7 @@ from hydrofdi.indicators.estimation.plant import (
     spool_transition,
 )
 from hydrofdi.indicators.kalman_filter import N_SUM, Streams, follow
-from hydrofdi.physics.equation import FAST_MATH
+from hydrofdi.physics import FAST_MATH
 from hydrofdi.simulation.batch import simulate_batch
 
 NOMINAL = Plant(
@@ -124,7 +124,7 @@ class Followed(NamedTuple):
 
 def _follow(covariance_shape, voltage, measured, *rest, tuning, every):
     n_record, n_time, _ = measured.shape
-    shapes = covariance_shape[1:], covariance_shape, (N_SUM,), (2,), (2,)
+    shapes = covariance_shape[1:], covariance_shape, (N_SUM,), (2,)
     streams = Streams(*(np.zeros((n_record, *shape)) for shape in shapes))
     means, of_means = (np.zeros((n_record, n_time // every, N_STATE)) for _ in range(2))
     sums = np.zeros((n_record, n_time // every, N_SUM))

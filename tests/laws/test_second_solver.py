@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import PAPER
-from hydrofdi.physics import fluid
-from hydrofdi.physics.equation import sine
+from hydrofdi.physics import fluid, sine
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch

@@ -151,7 +151,7 @@ class UkfJoint(EkfJoint):
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the state of a filter: the root of the covariance of the estimated states."""
         n = self.options.places.size
-        return {"mean": (n,), "root": (n, n), "sums": (1,), "spool": (2,), "held": (2,)}
+        return {"mean": (n,), "root": (n, n), "sums": (1,), "spool": (2,)}
 
     def tuning(self, records: RecordBatch) -> Tuning:
         """Known parameters of the estimated states; standard deviations in place of variances."""

@@ -17,7 +17,7 @@ from hydrofdi.indicators.contract import Output, RecursiveIndicator, RecursiveOp
 from hydrofdi.indicators.estimation.chamber_balance import valve_signals
 from hydrofdi.indicators.faults import FLUID
 from hydrofdi.indicators.nominal_actuator import NominalActuator, mark_unclear
-from hydrofdi.physics.equation import Quantity, equation, signed_root
+from hydrofdi.physics import Quantity, equation, signed_root
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI

@@ -16,7 +16,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.catalogue.transients import SteppedChannelOptions, Steps
+from hydrofdi.indicators.catalogue.transients import (
+    SteppedChannelOptions,
+    Steps,
+    less_polynomials,
+    orthonormal_polynomials,
+)
 from hydrofdi.indicators.contract import Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -71,22 +76,6 @@ def _pencil_products(pieces: Array, first: NDArray[np.intp], length: int) -> Arr
     for row in range(length):
         products[:, row + 1, 1:] = products[:, row, :-1] + change[:, row]
     return products
-
-
-def orthonormal_polynomials(n_time: int, degree: int) -> Array:
-    """Polynomials up to a degree, orthonormal on the sample grid, shape (degree + 1, n_time)."""
-    powers = np.vander(np.linspace(-1.0, 1.0, n_time), degree + 1, increasing=True)
-    return np.ascontiguousarray(np.linalg.qr(powers)[0].T)
-
-
-def less_polynomials(pieces: Array, polynomials: Array) -> Array:
-    """Pieces of a signal (n_piece, n_time) minus their trend of orthonormal polynomials.
-
-    They are contiguous, so that the bits of a piece do not depend on the other pieces.
-    """
-    for polynomial in polynomials:
-        pieces = pieces - np.sum(pieces * polynomial, axis=1)[:, None] * polynomial
-    return pieces
 
 
 _MOST_ITERATIONS = 10

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.catalogue.ring_down import less_polynomials, orthonormal_polynomials
 from hydrofdi.indicators.catalogue.spectra import Band, band_obstacle, middle_band
 from hydrofdi.indicators.contract import ChannelOptions, Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -296,6 +295,22 @@ def _decay_rates(envelopes: Array, sampling_frequency: float) -> Array:
     apart = time - np.sum(weight * time, axis=1, keepdims=True)
     rates: Array = -np.sum(weight * apart * np.log(envelopes), axis=1) / np.sum(weight * apart**2, axis=1)
     return rates
+
+
+def orthonormal_polynomials(n_time: int, degree: int) -> Array:
+    """Polynomials up to a degree, orthonormal on the sample grid, shape (degree + 1, n_time)."""
+    powers = np.vander(np.linspace(-1.0, 1.0, n_time), degree + 1, increasing=True)
+    return np.ascontiguousarray(np.linalg.qr(powers)[0].T)
+
+
+def less_polynomials(pieces: Array, polynomials: Array) -> Array:
+    """Pieces of a signal (n_piece, n_time) minus their trend of orthonormal polynomials.
+
+    They are contiguous, so that the bits of a piece do not depend on the other pieces.
+    """
+    for polynomial in polynomials:
+        pieces = pieces - np.sum(pieces * polynomial, axis=1)[:, None] * polynomial
+    return pieces
 
 
 class PostStepAcOptions(SteppedChannelOptions):

@@ -27,7 +27,7 @@ from hydrofdi.indicators.estimation.plant import (
     rates,
     true_pressures,
 )
-from hydrofdi.physics.equation import equation, signed_root
+from hydrofdi.physics import equation, signed_root
 from hydrofdi.physics.friction import decaying_exponential, stribeck_force
 from hydrofdi.records import Array
 

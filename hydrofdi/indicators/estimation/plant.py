@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.physics import equation, settled
 from hydrofdi.physics.cylinder import chamber_pressure_rates, internal_leakage_flow, piston_acceleration
-from hydrofdi.physics.equation import equation, settled
 from hydrofdi.physics.friction import threshold_friction
 from hydrofdi.physics.hydraulic_mode import second_order_eigenvalues
 from hydrofdi.physics.valve import edge_flow

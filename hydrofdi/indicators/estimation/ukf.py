@@ -21,7 +21,7 @@ from hydrofdi.indicators.estimation.plant import (
     actual,
     step_of,
 )
-from hydrofdi.physics.equation import equation
+from hydrofdi.physics import equation
 from hydrofdi.records import Array
 
 

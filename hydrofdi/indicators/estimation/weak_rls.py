@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN, UNKNOWNS
-from hydrofdi.physics.equation import equation
+from hydrofdi.physics import equation
 from hydrofdi.records import Array
 
 _WIDTH = N_UNKNOWN + 1

@@ -40,7 +40,7 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.readable import plain as plain_number
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.tables.answer import Piece, Strong
 from hydrofdi.tables.table import UNSAID, Column, Table, quantity
 from hydrofdi.units import convert

@@ -28,7 +28,7 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import read_texts
 from hydrofdi.store.folder import read_provenance, read_request
-from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT, output_variables, stored_variables
+from hydrofdi.store.names import MESSAGE, STATUS, VERDICT, output_variables, stored_variables
 from hydrofdi.store.shards import StoredRun, read_index, read_rows
 from hydrofdi.tables.answer import Answer, Piece
 

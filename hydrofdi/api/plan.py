@@ -33,7 +33,7 @@ from hydrofdi.settings.readable import shown_bytes, time_text
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder import Failure, read_failures
-from hydrofdi.store.layout.names import dimensions, stored_signals
+from hydrofdi.store.names import dimensions, stored_signals
 from hydrofdi.store.shards import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Table

@@ -24,7 +24,7 @@ from hydrofdi.quality.doubts import doubt_counts, remedy_lines
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 from hydrofdi.store.experiment_data import MISSING
-from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
+from hydrofdi.store.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
 from hydrofdi.tables.answer import Answer, Piece
 from hydrofdi.tables.table import Table, library
 

@@ -17,7 +17,7 @@ from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import ExperimentData, ShardResults
 from hydrofdi.store.experiment_file import read_experiment, read_unfinished
 from hydrofdi.store.folder import REQUEST_FILE, read_failures, read_request, request_record, stored_identity
-from hydrofdi.store.layout.names import RUN_ID
+from hydrofdi.store.names import RUN_ID
 from hydrofdi.store.shards import ShardIndex, read_index
 from hydrofdi.version import __version__
 

@@ -45,7 +45,7 @@ from hydrofdi.store.folder import (
     write_calibrations,
     write_request,
 )
-from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.names import OBSTACLE, STATUS, VERDICT
 from hydrofdi.store.shards import read_index
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import Array
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import number_text
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table
 
 _LEAST_FILLED = 0.5

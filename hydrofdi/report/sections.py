@@ -18,7 +18,7 @@ from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.report.document import Block, Document
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
+from hydrofdi.store.names import MESSAGE, STATUS, VERDICT
 from hydrofdi.tables.table import Table
 
 

@@ -15,11 +15,10 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store import shards
+from hydrofdi.store import names, shards
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.folder import Failure
-from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import Variable
+from hydrofdi.store.names import Variable
 
 if TYPE_CHECKING:
     pass

@@ -20,11 +20,11 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import StoreError
 from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
 from hydrofdi.store.folder import stored_experiment
-from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import Variable
+from hydrofdi.store.names import Variable
 from hydrofdi.store.shards import FileSignals, create_signal, values_in, write_rows
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store import names
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file, write_whole_text
-from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import TIME, Variable, stored_signals
+from hydrofdi.store.names import TIME, Variable, stored_signals
 
 if TYPE_CHECKING:
     import h5py

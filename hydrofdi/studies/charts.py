@@ -19,7 +19,7 @@ from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import MEAN_LEAKAGE_FLOW
+from hydrofdi.store.names import MEAN_LEAKAGE_FLOW
 from hydrofdi.studies.reading import needed_channels
 from hydrofdi.studies.records import ChartJudgement, LeakDelay, StudyRecords
 

@@ -24,7 +24,7 @@ from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.folder import read_costs
-from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
+from hydrofdi.store.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords
 

@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.evaluation.rates import alarm_rate
 from hydrofdi.evaluation.scores import Array, Kind
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT
+from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT
 from hydrofdi.studies.records import StudyRecords
 from hydrofdi.units import convert
 

@@ -20,7 +20,7 @@ from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.indicators.selection import TAKEN, of_machine
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.store.shards import read_index
 from tests.commands import run_json
 from tests.conftest import sweep_in

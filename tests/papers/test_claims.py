@@ -20,7 +20,7 @@ from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts, devi
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.report.forms.page import render_markdown
 from hydrofdi.report.runs import run_table
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from tests.commands import run_hydrofdi
 from tests.conftest import SMALL, sweep_in
 

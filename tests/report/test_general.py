@@ -18,7 +18,7 @@ from hydrofdi.papers import make_report
 from hydrofdi.report.figures import KINDS, draw_figure
 from hydrofdi.report.forms.page import render_json, render_page, write_all_forms
 from hydrofdi.report.indicators import measured_indicator, relative_change
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.tables.table import Table
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in

@@ -9,7 +9,7 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.report.runs import run_table
 from hydrofdi.report.views import healthy_view
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from tests.conftest import sweep_in
 
 VARIED = """\

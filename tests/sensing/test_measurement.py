@@ -8,7 +8,7 @@ from hydrofdi import execution, sensing
 from hydrofdi.config import RunParameters, RunSpec, load_experiment, request
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.store.layout.names import stored_variables
+from hydrofdi.store.names import stored_variables
 from tests import machines
 from tests.commands import run_json
 from tests.conftest import sweep_in

@@ -16,8 +16,8 @@ from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.config.runs import run_identity
 from hydrofdi.execution import Batch, Job, compute_columns
 from hydrofdi.execution.compute import compute_shard
+from hydrofdi.store import names
 from hydrofdi.store.folder import write_request
-from hydrofdi.store.layout import names
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.commands import run_json

@@ -14,7 +14,7 @@ from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.execution import InProcessEngine, Job, compute_columns
 from hydrofdi.execution.compute import measured_columns
 from hydrofdi.report.run_lengths import estimates_block
-from hydrofdi.store.layout.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
+from hydrofdi.store.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
 from hydrofdi.studies.reading import read_study
 from hydrofdi.studies.truth import judge_estimates
 from tests.runner.processes import start

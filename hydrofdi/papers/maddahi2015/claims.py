@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.report import runs
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 
 ABSENT = -1
 """Position of a run that the experiment does not ask for."""

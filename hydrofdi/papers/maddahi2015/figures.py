@@ -20,7 +20,7 @@ from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures.signals import PANELS, draw_beside
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE, series, time_axis
 from hydrofdi.report.wording import kilopascal, mode_name
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.transforms.wavelet import detail_coefficients
 
 

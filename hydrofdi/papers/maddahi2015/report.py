@@ -21,7 +21,7 @@ from hydrofdi.report.runs import Array, RunTable
 from hydrofdi.report.wording import joined, modulus_text
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.tables.table import Table, group_breaks, plain
 from hydrofdi.units import convert
 

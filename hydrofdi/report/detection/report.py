@@ -18,7 +18,7 @@ from hydrofdi.report.document import Block, Document, FigureKind
 from hydrofdi.report.run_lengths import estimates_block
 from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import STATUS
+from hydrofdi.store.names import STATUS
 from hydrofdi.studies.charts import judge_charts
 from hydrofdi.studies.detecting import judge_study, winner
 from hydrofdi.studies.reading import asks_for_extra

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.report.figures import style
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.store.shards import Columns
 from hydrofdi.transforms.wavelet import detail_coefficients
 from hydrofdi.units import convert

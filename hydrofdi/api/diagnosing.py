@@ -18,7 +18,7 @@ from hydrofdi.diagnosis.judging import Finding
 from hydrofdi.errors import ConfigError
 from hydrofdi.records import Channel
 from hydrofdi.settings.readable import HOLE, number_text, percent, readable_unit, typeset
-from hydrofdi.store.records import StoredRecords
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.tables.table import Column, Table
 from hydrofdi.units import convert
 

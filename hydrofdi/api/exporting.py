@@ -18,9 +18,9 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection
 from hydrofdi.settings.messages import counted, nearest
+from hydrofdi.store.experiment_data import StoredRecords, distinct_records
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.names import RUN_ID, STATUS
-from hydrofdi.store.records import StoredRecords, distinct_records
 from hydrofdi.tables.answer import Answer
 
 _NAME = re.compile(rf"\d{{4,}}(-.*)?\.({'|'.join(WRITERS)})")

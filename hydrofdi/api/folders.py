@@ -25,11 +25,10 @@ from hydrofdi.config.study import StudyTable
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import read_texts
 from hydrofdi.store.folder import read_provenance, read_request
-from hydrofdi.store.names import MESSAGE, STATUS, VERDICT, output_variables, stored_variables
-from hydrofdi.store.shards import StoredRun, read_index, read_rows
+from hydrofdi.store.names import MESSAGE, MISSING, STATUS, VERDICT, output_variables, stored_variables
+from hydrofdi.store.shards import ShardResults, StoredRun, read_index, read_rows
 from hydrofdi.tables.answer import Answer, Piece
 
 Folder = str | PathLike[str] | Results

@@ -23,8 +23,18 @@ from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts, remedy_lines
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
-from hydrofdi.store.experiment_data import MISSING
-from hydrofdi.store.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
+from hydrofdi.store.names import (
+    LEVEL,
+    MESSAGE,
+    MISSING,
+    RUN,
+    SIGNALS,
+    STATUS,
+    SWEPT,
+    TIME,
+    VERDICT,
+    coordinate,
+)
 from hydrofdi.tables.answer import Answer, Piece
 from hydrofdi.tables.table import Table, library
 
@@ -267,7 +277,7 @@ class Results:
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The stored runs as records, so that `hydrofdi.measure` and others take results as they are."""
-        from hydrofdi.store.records import StoredRecords
+        from hydrofdi.store.experiment_data import StoredRecords
 
         return StoredRecords(self.data, str(self.folder), channels)
 

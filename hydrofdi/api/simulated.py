@@ -22,7 +22,7 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
 from hydrofdi.simulation.balances import Outcome
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.store import records
+from hydrofdi.store import experiment_data as records
 
 _log = logging.getLogger(__name__)
 _SECONDS_BETWEEN_LINES = 5.0

@@ -160,7 +160,7 @@ def _source_at(path: Path, channels: Collection[Channel], said: Described) -> Re
         raise ConfigError(f"settings (--set): {path} is not simulated; they are for an experiment file")
     if kind == "results":
         from hydrofdi.api.stored import read_results
-        from hydrofdi.store.records import StoredRecords
+        from hydrofdi.store.experiment_data import StoredRecords
 
         return StoredRecords(read_results(path), str(path), channels)
     if kind == "experiment":

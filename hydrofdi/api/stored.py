@@ -14,11 +14,11 @@ from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, similar
-from hydrofdi.store.experiment_data import ExperimentData, ShardResults
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import read_experiment, read_unfinished
 from hydrofdi.store.folder import REQUEST_FILE, read_failures, read_request, request_record, stored_identity
 from hydrofdi.store.names import RUN_ID
-from hydrofdi.store.shards import ShardIndex, read_index
+from hydrofdi.store.shards import ShardIndex, ShardResults, read_index
 from hydrofdi.version import __version__
 
 RESULTS = Path("results")

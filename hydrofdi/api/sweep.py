@@ -27,7 +27,6 @@ from hydrofdi.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder import (
@@ -45,8 +44,8 @@ from hydrofdi.store.folder import (
     write_calibrations,
     write_request,
 )
-from hydrofdi.store.names import OBSTACLE, STATUS, VERDICT
-from hydrofdi.store.shards import read_index
+from hydrofdi.store.names import MISSING, OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.shards import ShardResults, read_index
 
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings

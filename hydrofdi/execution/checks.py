@@ -25,7 +25,7 @@ from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.transforms.wavelet import level_bands
 
 NEAR_BAND_EDGE = 0.25

@@ -33,10 +33,9 @@ from hydrofdi.simulation.balances import Outcome, Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH, positions_by
 from hydrofdi.store import names
-from hydrofdi.store.experiment_data import gathered
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.store.folder import Failure, write_failure, write_log
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
-from hydrofdi.store.shards import StoredRun, write_shard
+from hydrofdi.store.shards import StoredRun, gathered, write_shard
 from hydrofdi.transforms.configuration import WaveletConfig
 
 Columns = dict[str, NDArray[Any]]

@@ -17,8 +17,8 @@ from hydrofdi.config.shown_values import shown_value
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.report.document import Block, Document
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.names import MESSAGE, STATUS, VERDICT
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import MESSAGE, MISSING, STATUS, VERDICT
 from hydrofdi.tables.table import Table
 
 

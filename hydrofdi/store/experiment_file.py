@@ -21,11 +21,11 @@ from hydrofdi.errors import StoreError
 from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store import names
-from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
 from hydrofdi.store.folder import stored_experiment
 from hydrofdi.store.names import Variable
-from hydrofdi.store.shards import FileSignals, create_signal, values_in, write_rows
+from hydrofdi.store.shards import FileSignals, ShardResults, create_signal, values_in, write_rows
 
 if TYPE_CHECKING:
     import h5py
@@ -262,7 +262,7 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
         with _experiment_file(path) as file:
             same = file.attrs["configuration"] == experiment.model_dump_json()
             current = file.attrs["physics_version"] == PHYSICS_VERSION
-            return bool(same and current and MISSING not in file[names.STATUS].asstr()[:])
+            return bool(same and current and names.MISSING not in file[names.STATUS].asstr()[:])
     except StoreError:
         return False
 

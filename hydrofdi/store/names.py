@@ -79,6 +79,9 @@ CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressu
 LARGEST_CHAMBER_1_PRESSURE = "chamber_1_pressure_max"
 FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
 
+MISSING = "missing"
+"""Status of a run that has not been computed."""
+
 NO_BASELINE = -1
 """Row number that means "no healthy run"."""
 

@@ -17,8 +17,8 @@ from hydrofdi.config.runs import run_identity
 from hydrofdi.execution import Batch, Job, compute_columns
 from hydrofdi.execution.compute import compute_shard
 from hydrofdi.store import names
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import write_request
-from hydrofdi.store.records import StoredRecords
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.commands import run_json
 from tests.conftest import sweep_in

@@ -20,9 +20,9 @@ from hydrofdi.config import load_experiment
 from hydrofdi.errors import StoreError
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.store import records
+from hydrofdi.store import experiment_data as records
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import file_lock
-from hydrofdi.store.records import StoredRecords
 from tests.conftest import sweep_in
 
 MUSEUM = Path(__file__).parent.parent / "museum" / "format_4_physics_3"

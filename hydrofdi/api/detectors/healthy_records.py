@@ -18,7 +18,7 @@ from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, sketch_of
 from hydrofdi.records.source import MeasuredSource
 from hydrofdi.report.runs import external_coefficients
-from hydrofdi.store.records import StoredRecords
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.studies.measured import WHICH, require_labels
 from hydrofdi.studies.reading import stored_roles
 

@@ -32,9 +32,8 @@ from hydrofdi.report.detection.populations import n_computed_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData, StoredRecords
 from hydrofdi.store.names import stored_signals
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 from hydrofdi.studies.reading import within
 from hydrofdi.studies.records import found_from

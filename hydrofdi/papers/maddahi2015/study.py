@@ -33,7 +33,8 @@ from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
 from hydrofdi.report.runs import RunTable, normal_bulk_modulus
 from hydrofdi.report.wording import modulus_text
 from hydrofdi.store import names
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import MISSING
 
 CORE = ("C1", "C2", "C3", "C4")
 """The claims that carry the paper's conclusion."""

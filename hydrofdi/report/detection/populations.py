@@ -17,8 +17,8 @@ from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
 from hydrofdi.settings.readable import HOLE, two_digits
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.names import STATUS
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import MISSING, STATUS
 from hydrofdi.studies.parts import Nuisance, nuisances_of
 from hydrofdi.studies.records import Detection
 from hydrofdi.tables.table import Table, group_breaks, numbers

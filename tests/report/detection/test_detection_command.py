@@ -11,8 +11,8 @@ from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import write_request
-from hydrofdi.store.records import StoredRecords
 from tests.commands import run_json
 from tests.conftest import sweep_in
 

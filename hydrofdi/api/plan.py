@@ -22,9 +22,9 @@ from numpy import bincount
 from hydrofdi.api.arguments import count_of, path_of, refusal
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import ParameterAnswer, shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION

@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.config.sections.plant import INPUTS, OUTPUTS
+from hydrofdi.config.plant import INPUTS, OUTPUTS
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.description import Model, Variable, read_model
 from hydrofdi.settings.messages import counted

@@ -11,8 +11,8 @@ from functools import cached_property
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
+from hydrofdi.config.plant import absent_signals
 from hydrofdi.config.runs import Runs, record_identities, spread
-from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.engine import limited
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients

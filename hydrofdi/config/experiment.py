@@ -11,9 +11,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
+from hydrofdi.config.machine import FluidConfig
+from hydrofdi.config.plant import absent_signals
 from hydrofdi.config.request import OBSERVATION, RunRequest, parameter_names, parameter_unit
-from hydrofdi.config.sections.machine import FluidConfig
-from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.config.study import DetectionConfig, StudyConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import ConfigError

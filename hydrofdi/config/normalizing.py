@@ -11,17 +11,10 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.plant import PARAMETERS, PlantConfig, declare, is_foreign, named_model, with_digest
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
-from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.sections.plant import (
-    PARAMETERS,
-    PlantConfig,
-    declare,
-    is_foreign,
-    named_model,
-    with_digest,
-)
 from hydrofdi.config.sweep import LAWS, argument_values
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import brief, describe_error, nearest

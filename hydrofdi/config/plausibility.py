@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
+from hydrofdi.config.drive import ControlConfig, parse_rows
 from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.observation import TemperatureSensorConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
-from hydrofdi.config.sections.csv_input import parse_rows
-from hydrofdi.config.sections.drive import ControlConfig
-from hydrofdi.config.sections.sensor import TemperatureSensorConfig
 from hydrofdi.config.study import study_values
 from hydrofdi.config.sweep import SweepConfig, argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use

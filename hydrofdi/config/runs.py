@@ -15,6 +15,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config.drive import digest
 from hydrofdi.config.experiment import (
     DEFAULT_CHOICE,
     INTERNAL_LEAKAGE_FORMS,
@@ -22,6 +23,8 @@ from hydrofdi.config.experiment import (
     ExperimentConfig,
     IndicatorChoice,
 )
+from hydrofdi.config.machine import LeakageConfig
+from hydrofdi.config.plant import declare, is_foreign
 from hydrofdi.config.request import (
     ANALYSIS_SECTIONS,
     OBSERVATION,
@@ -33,9 +36,6 @@ from hydrofdi.config.request import (
     section_text,
     sections_text,
 )
-from hydrofdi.config.sections.csv_input import digest
-from hydrofdi.config.sections.machine import LeakageConfig
-from hydrofdi.config.sections.plant import declare, is_foreign
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_points, study_table
 from hydrofdi.config.sweep import NOMINAL, Points, count_points, distinct_rows, multiplied, sweep_points

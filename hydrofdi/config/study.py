@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
+from hydrofdi.config.plant import is_foreign
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.sections.plant import is_foreign
 from hydrofdi.config.sweep import (
     Axes,
     Distribution,

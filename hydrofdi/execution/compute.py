@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.experiment import DEFAULT_ANALYSIS, DWT, Analysis, Indicators, StoreConfig
-from hydrofdi.config.sections.plant import absent_signals
+from hydrofdi.config.plant import absent_signals
 from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, run_halving
 from hydrofdi.errors import HydrofdiError, Issue
 from hydrofdi.execution.calibrating import unreachable_sentence

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.drive import is_whole
+from hydrofdi.config.machine import Edge
 from hydrofdi.config.request import EDGES, RunRequest
-from hydrofdi.config.sections.drive import is_whole
-from hydrofdi.config.sections.machine import Edge
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import (
     Pair,

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.drive import is_whole
 from hydrofdi.config.experiment import Analysis
-from hydrofdi.config.sections.drive import is_whole
-from hydrofdi.config.sections.machine import Edge, FluidConfig, LeakageConfig
+from hydrofdi.config.machine import Edge, FluidConfig, LeakageConfig
 from hydrofdi.physics.fluid import effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import (
     HydraulicMode,

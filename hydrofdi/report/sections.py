@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.request import OWN_PLANT, parameter_names
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.report.document import Block, Document

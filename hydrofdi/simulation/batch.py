@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.drive import RecordConfig
-from hydrofdi.config.sections.machine import ActuatorConfig
+from hydrofdi.config.drive import RecordConfig
+from hydrofdi.config.machine import ActuatorConfig
 from hydrofdi.simulation.balances import Outcome, Signal, Trajectory
 from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap, steps_per_control
 from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of

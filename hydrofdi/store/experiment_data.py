@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.drive import InputConfig
 from hydrofdi.config.experiment import DWT, Indicators
+from hydrofdi.config.plant import SIGNAL_NAMES
 from hydrofdi.config.runs import study_roles
-from hydrofdi.config.sections.drive import InputConfig
-from hydrofdi.config.sections.plant import SIGNAL_NAMES
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunTable
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import StoreError
 from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.physics import PHYSICS_VERSION

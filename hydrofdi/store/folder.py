@@ -21,8 +21,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import STORED
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import describe_error

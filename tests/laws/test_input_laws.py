@@ -5,8 +5,7 @@ import pytest
 
 from hydrofdi.api.check import computed_rows
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.sections.csv_input import held_text
-from hydrofdi.config.sections.drive import InputConfig, RecordConfig
+from hydrofdi.config.drive import InputConfig, RecordConfig, held_text
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.simulation.batch import simulate_batch

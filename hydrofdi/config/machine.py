@@ -14,6 +14,7 @@ from hydrofdi.physics.fluid import stiffening_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.readable import shown_quantity
 
 if TYPE_CHECKING:
     import numpy as np
@@ -624,3 +625,14 @@ class ValveConfig(Section):
     def is_limited(self) -> bool:
         """Whether position or speed of the spool saturates."""
         return self.largest_opening is not None or self.largest_speed is not None
+
+
+def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
+    """The chambers do not start cavitating."""
+    start = 0.5 * (supply.pressure + supply.return_pressure)
+    if fluid.vapour_pressure >= start:
+        raise ValueError(
+            f"fluid.vapour_pressure = {shown_quantity(fluid.vapour_pressure, 'Pa')} must be below the"
+            f" {shown_quantity(start, 'Pa')} at which the chambers start, the mean of supply and return"
+            " pressure"
+        )

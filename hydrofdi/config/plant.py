@@ -10,6 +10,8 @@ from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import ConfigDict, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
+from hydrofdi.config.drive import ControlConfig, RecordConfig, is_whole
+from hydrofdi.config.machine import LeakageConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.description import Model, Variable, digest_of, read_model
 from hydrofdi.records.batch import Channel
@@ -309,3 +311,28 @@ def foreign_value(name: str, value: Any) -> Any:
 def absent_signals(plant: PlantConfig) -> frozenset[str]:
     """Signals that runs on an FMU lack; none without one."""
     return frozenset(OUTPUTS.keys() - plant.outputs.keys() if plant.fmu is not None else ())
+
+
+def require_plant_fits(
+    plant: PlantConfig, control: ControlConfig, leakage: LeakageConfig, record: RecordConfig
+) -> None:
+    """An FMU has the variables that the controller and the leak need, and takes the communication step."""
+    if plant.fmu is None:
+        return
+    fixed = plant.model.fixed_step if plant.model is not None else None
+    if fixed is not None and not is_whole(record.step / fixed):
+        raise ValueError(
+            f"record.step = {record.step:g} s is not a multiple of the {fixed:g} s that {plant.name} takes"
+        )
+    is_inside = "reference_position" in plant.inputs
+    if control.is_closed and not is_inside and "piston_position" not in plant.outputs:
+        raise ValueError(f"control.law = {control.law} reads the position: name it in plant.outputs")
+    if not (is_inside or "input_voltage" in plant.inputs):
+        raise ValueError("plant.inputs needs input_voltage, or reference_position of a controller inside")
+    if (leakage.internal_coefficient or leakage.internal_flow) and plant.leakage.coefficient is None:
+        raise ValueError("an internal leak needs plant.leakage.coefficient, the parameter that sets it")
+    if leakage.internal_flow and "internal_leakage_flow" not in plant.outputs:
+        raise ValueError(
+            "leakage.internal_flow is solved from the flow of the leak, which is not among plant.outputs:"
+            " name it as internal_leakage_flow, or state leakage.internal_coefficient"
+        )

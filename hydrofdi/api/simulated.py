@@ -13,6 +13,7 @@ from typing import Any
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.plant import absent_signals
 from hydrofdi.config.runs import Runs, record_identities, spread
+from hydrofdi.config.study import condition_label
 from hydrofdi.engine import limited
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
@@ -145,7 +146,7 @@ def _label(run: RunSpec, coefficient: float) -> str:
     flow = run.parameters.leakage.internal_flow
     is_known = run.parameters.plant.takes("fluid.bulk_modulus")
     modulus = run.parameters.fluid.bulk_modulus if is_known else math.nan
-    return records.condition_label(math.nan if flow is None else flow, coefficient, modulus)
+    return condition_label(math.nan if flow is None else flow, coefficient, modulus)
 
 
 _MOST_SAMPLES_AT_ONCE = 4_000_000

@@ -18,13 +18,12 @@ from hydrofdi.config.drive import InputConfig
 from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.config.plant import SIGNAL_NAMES
 from hydrofdi.config.runs import study_roles
+from hydrofdi.config.study import condition_label
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
-from hydrofdi.settings.readable import K_I_UNIT, shown_quantity
 from hydrofdi.store import names
 from hydrofdi.store.shards import FileSignals, ShardResults
-from hydrofdi.units import convert
 
 
 @dataclass(frozen=True)
@@ -166,16 +165,6 @@ def study_labels(experiment: ExperimentConfig) -> list[str]:
     roles = study_roles(experiment)
     titles = [each.title.removeprefix("fault ") for each in roles.populations]
     return [titles[each] for each in roles.of_run.tolist()]
-
-
-def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str:
-    """Label of a simulated run: its leakage, and EBM unless it is unknown (NaN)."""
-    leakage = f"{convert(flow, 'L/min'):.4g} L/min"
-    if np.isnan(flow):
-        leakage = f"K_i {shown_quantity(coefficient, K_I_UNIT)}"
-    if flow == 0.0 or (np.isnan(flow) and coefficient == 0.0):
-        leakage = "sealed"
-    return leakage if math.isnan(bulk_modulus) else f"{leakage}, {convert(bulk_modulus, 'MPa'):.4g} MPa"
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from hydrofdi.config.study import DetectionConfig, StudyConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.faults import AbsentIndicator
+from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.indicators.nominal_actuator import from_sheet
 from hydrofdi.indicators.plugins import load_plugin, sources_in
 from hydrofdi.indicators.registry import FROM_FILES, sound_indicator
@@ -56,6 +56,10 @@ class IndicatorChoice:
         """Labels of indicators that are not installed, and why; they are only found in stored experiments."""
         made = self.made(PAPER).items()
         return {label: each.reason for label, each in made if isinstance(each, AbsentIndicator)}
+
+    def placeholders(self, attributes: Mapping[str, Mapping[str, Any]]) -> dict[str, AbsentIndicator]:
+        """Those that are not installed, with what a file says of each (`stored_attributes`)."""
+        return {label: AbsentIndicator(why, attributes.get(label)) for label, why in self.absent.items()}
 
     @property
     def identity(self) -> str:
@@ -100,6 +104,18 @@ def _identity(text: str) -> str:
     return "" if shown == {DWT: [DWT, 1, {}]} else json.dumps(shown, separators=(",", ":"))
 
 
+def stored_attributes(indicator: Indicator[Any]) -> dict[str, Any]:
+    """What files say of an indicator, for readers that do not have it."""
+    channels = {kind: " ".join(sorted(getattr(indicator, kind))) for kind in CHANNELS}
+    return {
+        "indicator": indicator.name,
+        "version": indicator.version,
+        "options": indicator.options.model_dump_json(),
+        **channels,
+        "outputs": OUTPUTS.dump_json(tuple(indicator.outputs)).decode(),
+    }
+
+
 PAPER = WaveletConfig()
 """The transform of the paper."""
 
@@ -121,17 +137,12 @@ class Analysis:
 
     def identities(self, record_id: str) -> dict[str, str]:
         """Label → hash of record, indicator, version, options and discarded samples."""
-        return {label: self._identity(record_id, each) for label, each in self.indicators.items()}
-
-    def _identity(self, record_id: str, indicator: Indicator[Any]) -> str:
-        parts = (
-            record_id,
-            indicator.name,
-            indicator.version,
-            self.n_discarded,
-            indicator.options.stated_text,
-        )
-        return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:16]
+        return {
+            label: hashlib.sha256(
+                f"{record_id}\n{own.name}\n{own.version}\n{self.n_discarded}\n{own.options.stated_text}".encode()
+            ).hexdigest()[:16]
+            for label, own in self.indicators.items()
+        }
 
 
 DEFAULT_ANALYSIS = Analysis()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import groupby
@@ -31,7 +31,7 @@ class ExperimentData:
     """An experiment and its results: variable → array with one row per run, and where its signals are.
 
     `configuration` is what the file says, in SI; None if there is no file. `remarks` apply to all rows.
-    `absent`: label of an indicator that is not installed → what the file says of it.
+    `attributes`: label of an indicator that is not installed → what the file says of it.
     """
 
     path: Path
@@ -42,21 +42,27 @@ class ExperimentData:
     configuration: dict[str, Any] | None = None
     remarks: tuple[str, ...] = ()
     physics_version: int = PHYSICS_VERSION
-    absent: Indicators = field(default_factory=dict)
+    attributes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def all_remarks(self) -> tuple[str, ...]:
-        """The remarks, and that another version of the physics computed the runs."""
+        """The remarks, on indicators without outputs first, on another version of the physics last."""
+        omitted = (
+            f"Indicator {label} is omitted: {absent.reason}. Its values remain stored."
+            for label, absent in self.experiment.indicator_choice.placeholders(self.attributes).items()
+            if not absent.outputs
+        )
         older = (
             f"Computed with version {self.physics_version} of the physics; this hydrofdi has version"
             f" {PHYSICS_VERSION}, and runs that are computed now may differ."
         )
-        return (*self.remarks, *([older] if self.physics_version != PHYSICS_VERSION else []))
+        return (*omitted, *self.remarks, *([older] if self.physics_version != PHYSICS_VERSION else []))
 
     @property
     def indicators(self) -> Indicators:
         """Label → indicator."""
-        return {**self.experiment.indicator_choice.made(self.experiment.wavelet), **self.absent}
+        choice = self.experiment.indicator_choice
+        return {**choice.made(self.experiment.wavelet), **choice.placeholders(self.attributes)}
 
     @property
     def n_run(self) -> int:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.drive import without_contents
+from hydrofdi.config.experiment import stored_attributes
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.errors import StoreError
-from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
@@ -67,12 +67,7 @@ def write_experiment(
             file[names.SWEPT.name].attrs["dtype"] = "bool"  # as xarray marks it
         # a wavelet that varies is stored as a swept parameter
         for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
-            attributes = file[f"{label}{names.ANALYSIS_ID}"].attrs
-            attributes["indicator"], attributes["version"] = indicator.name, indicator.version
-            attributes["options"] = indicator.options.model_dump_json()
-            for kind in CHANNELS:
-                attributes[kind] = " ".join(sorted(getattr(indicator, kind)))
-            attributes["outputs"] = OUTPUTS.dump_json(tuple(indicator.outputs)).decode()
+            file[f"{label}{names.ANALYSIS_ID}"].attrs.update(stored_attributes(indicator))
         for variable in signals if time is not None else ():
             if variable.name == names.INPUT_VOLTAGE and _share_input(table):
                 _write_shared_input(file, variable, results, experiment)
@@ -247,12 +242,18 @@ def read_experiment(path: Path) -> ExperimentData:
         physics = int(file.attrs["physics_version"])
         configuration = json.loads(file.attrs["configuration"])
         absent = {
-            label: AbsentIndicator(why, file[f"{label}{names.ANALYSIS_ID}"].attrs)
-            for label, why in experiment.indicator_choice.absent.items()
+            label: dict(file[f"{label}{names.ANALYSIS_ID}"].attrs)
+            for label in experiment.indicator_choice.absent
         }
-    remarks = _omitted(absent)
     return ExperimentData(
-        path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics, absent
+        path,
+        experiment,
+        columns,
+        versions,
+        FileSignals(path),
+        configuration,
+        physics_version=physics,
+        attributes=absent,
     )
 
 
@@ -298,15 +299,4 @@ def read_unfinished(
 ) -> ExperimentData:
     """Read an experiment from its shards; runs without a result contain the reason."""
     columns = {variable.name: values for variable, values in columns_of(results, table).items()}
-    absent = {label: AbsentIndicator(why) for label, why in experiment.indicator_choice.absent.items()}
-    remarks = _omitted(absent)
-    return ExperimentData(path, experiment, columns, dict(versions), results, remarks=remarks)
-
-
-def _omitted(absent: Mapping[str, AbsentIndicator]) -> tuple[str, ...]:
-    """Remarks on the indicators that are neither installed nor described."""
-    return tuple(
-        f"Indicator {label} is omitted: {each.reason}. Its values remain stored."
-        for label, each in absent.items()
-        if not each.outputs
-    )
+    return ExperimentData(path, experiment, columns, dict(versions), results)

@@ -14,7 +14,6 @@ from hydrofdi.config.experiment import DWT, NAMED, Indicators
 from hydrofdi.config.experiment import SIGNALS as SIGNALS
 from hydrofdi.config.request import short_name
 from hydrofdi.config.runs import Runs
-from hydrofdi.transforms.wavelet import n_phase
 
 FORMAT_VERSION = 4
 """Version of the layout of shards and experiment files."""
@@ -243,7 +242,7 @@ def dimensions(runs: Runs) -> dict[str, int]:
         wavelet = request.wavelet
         lengths[LEVEL] = max(lengths[LEVEL], wavelet.levels)
         if wavelet.phase == "all":
-            lengths[PHASE] = max(lengths[PHASE], n_phase(wavelet.levels))
+            lengths[PHASE] = max(lengths[PHASE], wavelet.latest_start + 1)
         for label, indicator in runs.choice.made(wavelet).items():
             for output in indicator.outputs:
                 for dimension, length in output.dims.items():

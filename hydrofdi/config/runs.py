@@ -374,12 +374,11 @@ def _block_points(experiment: ExperimentConfig, section: str) -> Points:
 
 def _axes(points: Points) -> dict[str, tuple[Any, ...]]:
     """Dotted parameter → its different values in order of appearance."""
-    axes = {}
-    for name, column in points.columns.items():
-        first, _ = distinct_rows([column.index], points.n_point)
-        numbers = column.index[first].tolist()
-        axes[name] = tuple(dict.fromkeys(column.values[number] for number in numbers if number >= 0))
-    return axes
+    occurring = {name: dict.fromkeys(column.index.tolist()) for name, column in points.columns.items()}
+    return {
+        name: tuple(dict.fromkeys(points.columns[name].values[index] for index in own if index != NOMINAL))
+        for name, own in occurring.items()
+    }
 
 
 Numbers = NDArray[np.int32]
@@ -397,9 +396,7 @@ class Expansion:
         self._study = study
         self._nominal = experiment.nominal_parameters
         self._baseline = experiment.baseline
-        self._scenarios = set(experiment.ensemble.names)
-        self._is_solved_nominally = experiment.calibration.at == "nominal"
-        self._choice = experiment.indicator_choice
+        self._experiment = experiment
         # A sealed piston has one form: K_i = 0, and all else of the internal leakage by default.
         stated = {f"leakage.{field}": None for field in self._nominal.leakage.stated()}
         names = {*points.columns, *self._baseline, *INTERNAL_LEAKAGE_FORMS, *stated}
@@ -432,17 +429,14 @@ class Expansion:
         }
         conditions = self._conditions(numbers[needed])[:, list(kept.values())]
         first, calibration_of[needed] = _distinct(conditions)
-        table = self._table(numbers)
+        table = replace(self._plain, numbers=numbers)
         calibrations = ParameterTable(
             self._nominal.with_defaults(OBSERVATION),
             {name: table.values[name] for name in kept},
             conditions[first],
             table.made,
         )
-        return Runs(table, calibrations, calibration_of, self._choice)
-
-    def _table(self, numbers: Numbers) -> ParameterTable:
-        return replace(self._plain, numbers=numbers)
+        return Runs(table, calibrations, calibration_of, self._experiment.indicator_choice)
 
     def swept_rows(self) -> Numbers:
         """The runs at all points, each once."""
@@ -510,8 +504,8 @@ class Expansion:
     def _conditions(self, numbers: Numbers) -> Numbers:
         """The conditions under which the leakage flows of rows are solved."""
         conditions = numbers.copy()
-        if self._is_solved_nominally:
-            kept = self._scenarios | {*INTERNAL_LEAKAGE_FORMS}
+        if self._experiment.calibration.at == "nominal":
+            kept = {*self._experiment.ensemble.names, *INTERNAL_LEAKAGE_FORMS}
             conditions[:, [place for name, place in self._places.items() if name not in kept]] = 0
         baseline = self._baseline.items()
         return self._changed(
@@ -522,15 +516,16 @@ class Expansion:
         self, numbers: Numbers, changed: Iterable[str], changes: Mapping[str, Any] | None = None
     ) -> None:
         """Check the changed sections of rows, alone and together; without `changes`, rows are the points."""
-        table, sections = self._table(numbers), {name.partition(".")[0]: None for name in changed}
+        table, sections = replace(self._plain, numbers=numbers), {name.partition(".")[0] for name in changed}
         alone = [(name,) for name in RunRequest.model_fields if name in sections]
         for fitting in (*alone, *RunRequest.fits):
-            if sections.keys().isdisjoint(fitting):
+            if sections.isdisjoint(fitting):
                 continue
-            fit = RunRequest.fits.get(fitting, _fits_alone)
             for row in table.distinct(*fitting)[0].tolist():
                 try:
-                    fit(*(table.section(name, row) for name in fitting))
+                    made = [table.section(name, row) for name in fitting]  # which checks each alone
+                    if fitting in RunRequest.fits:
+                        RunRequest.fits[fitting](*made)
                 except ValueError as error:
                     values = self._points.values(row) if changes is None else changes
                     own = {name: value for name, value in values.items() if name.partition(".")[0] in fitting}
@@ -544,10 +539,6 @@ class Expansion:
         named = shown_values(dict([*values.items()][-4:]))
         message = f"{where}at {named}: {first_reason(error)}"
         return ConfigError([Issue(message, "sweep" if study is None else "study")])
-
-
-def _fits_alone(section: Section) -> None:
-    """A section is checked when it is made."""
 
 
 def _distinct(numbers: Numbers) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fcntl
-import hashlib
 import json
 import os
 import platform
@@ -218,21 +217,14 @@ def now() -> str:
 
 
 def _git_state(folder: Path) -> dict[str, Any] | None:
-    """Commit of the code and hash of uncommitted changes; None if the folder is not a checkout."""
+    """Commit of the code, and whether its files are changed; None if the folder is not a checkout."""
+    command = ["git", "-C", str(folder), "describe", "--always", "--abbrev=40", "--dirty", "--exclude=*"]
     try:
-        commit = _git(folder, "rev-parse", "HEAD").strip()
-        difference = _git(folder, "diff", "HEAD")
-        untracked = _git(folder, "ls-files", "--others", "--exclude-standard")
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
     except (OSError, subprocess.SubprocessError):
         return None
-    is_dirty = bool(difference.strip() or untracked.strip())
-    digest = hashlib.sha256((difference + untracked).encode()).hexdigest() if is_dirty else None
-    return {"commit": commit, "dirty": is_dirty, "difference_sha256": digest}
-
-
-def _git(folder: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(folder), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout
+    commit, _, changes = done.stdout.strip().partition("-")
+    return {"commit": commit, "dirty": bool(changes)}
 
 
 def _processor() -> str:

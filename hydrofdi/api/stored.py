@@ -128,8 +128,8 @@ def stored_run_ids(directory: Path, experiment: ExperimentConfig) -> tuple[str, 
 def _stored_table(experiment: ExperimentConfig, directory: Path) -> RunTable:
     """The runs of a stored experiment, whose plug-ins are not needed."""
     table = expand_runs(experiment)
-    table.runs.choice = replace(table.runs.choice, stored_identity=stored_identity(directory))
-    return table
+    choice = replace(table.runs.choice, stored_identity=stored_identity(directory))
+    return replace(table, runs=replace(table.runs, choice=choice))
 
 
 def _read_shards(

@@ -6,11 +6,11 @@ Each run has the conditions under which its K_i is solved, its healthy baselines
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import repeat
-from typing import Any, overload
+from typing import Any, Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +51,7 @@ class ParameterTable:
 
     Attributes
     ----------
-    values : dict
+    choices : dict
         Dotted parameter → its different values in SI; those of a section stand together.
     numbers : array of int, shape (n_run, n_parameter)
         Which of its values each parameter has in each run.
@@ -60,21 +60,21 @@ class ParameterTable:
     """
 
     base: RunRequest
-    values: dict[str, list[Any]]
+    choices: dict[str, list[Any]]
     numbers: NDArray[np.int32]
-    made: dict[tuple[str, bytes], Section] = field(default_factory=dict)
+    made: dict[tuple[str, bytes], Section] = field(default_factory=dict, kw_only=True)
 
     def __len__(self) -> int:
         return len(self.numbers)
 
-    def at(self, rows: NDArray[Any]) -> ParameterTable:
-        """The parameters of some of the runs."""
+    def at(self, rows: Any) -> Self:
+        """Some of the runs."""
         return replace(self, numbers=self.numbers[rows])
 
     @cached_property
     def _places(self) -> dict[str, slice]:
         """Section that varies → its columns."""
-        owners = [name.partition(".")[0] for name in self.values]
+        owners = [name.partition(".")[0] for name in self.choices]
         first = {owner: owners.index(owner) for owner in owners}
         return {owner: slice(place, place + owners.count(owner)) for owner, place in first.items()}
 
@@ -86,7 +86,7 @@ class ParameterTable:
         numbers = self.numbers[row, self._places[name]]
         key = name, numbers.tobytes()
         if key not in self.made:
-            varied = [*self.values.items()][self._places[name]]
+            varied = [*self.choices.items()][self._places[name]]
             fields = (
                 (parameter.partition(".")[2], values[number])
                 for (parameter, values), number in zip(varied, numbers.tolist(), strict=True)
@@ -98,7 +98,7 @@ class ParameterTable:
         """The parameters of one run."""
         return self.base.with_valid_sections({name: self.section(name, row) for name in self._places})
 
-    def distinct(self, *sections: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def combinations(self, *sections: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The first run of each combination of some sections that occurs, and which of these each run has."""
         columns = [
             column
@@ -108,18 +108,18 @@ class ParameterTable:
         ]
         return distinct_rows(columns, len(self))
 
-    def column(self, name: str) -> list[Any]:
+    def values(self, name: str) -> list[Any]:
         """The value of a dotted parameter in each run."""
-        if name not in self.values:
+        if name not in self.choices:
             return [self.base.value(name)] * len(self)
-        values = self.values[name]
-        return [values[number] for number in self.numbers[:, list(self.values).index(name)].tolist()]
+        values = self.choices[name]
+        return [values[number] for number in self.numbers[:, list(self.choices).index(name)].tolist()]
 
     def texts(self, sections: Iterable[str]) -> Iterator[str]:
         """What differs from the defaults in some sections of each run, as JSON: `sections_text` of all."""
         columns = []
         for name in sorted(sections):
-            first, which = self.distinct(name)
+            first, which = self.combinations(name)
             texts = [section_text(name, self.section(name, row)) for row in first.tolist()]
             if any(texts):
                 columns.append(map(texts.__getitem__, which))
@@ -160,23 +160,18 @@ def _analysis_text(sections: str, choice: IndicatorChoice) -> str:
     return "" if sections == "{}" and not choice.identity else f"{sections}{choice.identity}"
 
 
-class Runs(Sequence[RunSpec]):
+@dataclass(frozen=True, eq=False)
+class Runs(ParameterTable, Sequence[RunSpec]):
     """Runs in their order, each made on demand; `calibration_of` is the row of `calibrations` or ``NONE``."""
 
-    def __init__(
-        self,
-        table: ParameterTable,
-        calibrations: ParameterTable,
-        calibration_of: NDArray[np.intp],
-        choice: IndicatorChoice = DEFAULT_CHOICE,
-    ) -> None:
-        self._table, self._calibrations, self._calibration_of = table, calibrations, calibration_of
-        self.choice = choice
-        # Neighbours share their conditions.
-        self._conditions = lru_cache(_MOST_MADE)(lambda place: calibrations.request(place).parameters)
+    calibrations: ParameterTable
+    calibration_of: NDArray[np.intp]
+    choice: IndicatorChoice = DEFAULT_CHOICE
 
-    def __len__(self) -> int:
-        return len(self._table)
+    @cached_property
+    def _conditions(self) -> Callable[[int], RunParameters]:
+        # Neighbours share their conditions.
+        return lru_cache(_MOST_MADE)(lambda row: self.calibrations.request(row).parameters)
 
     @overload
     def __getitem__(self, index: int) -> RunSpec: ...
@@ -187,50 +182,42 @@ class Runs(Sequence[RunSpec]):
             return self.at(np.arange(len(self))[index])
         if not -len(self) <= index < len(self):
             raise IndexError(index)
-        place = self._calibration_of[index]
-        calibration = None if place == NONE else self._conditions(place)
-        return RunSpec(self._table.request(index), calibration, self.choice)
+        row = self.calibration_of[index]
+        return RunSpec(self.request(index), None if row == NONE else self._conditions(row), self.choice)
 
-    def __iter__(self) -> Iterator[RunSpec]:
-        return (self[row] for row in range(len(self)))
-
-    def at(self, positions: Any) -> Runs:
+    def at(self, rows: Any) -> Runs:
         """Some of the runs."""
-        rows = np.asarray(positions, dtype=np.intp)
-        return Runs(self._table.at(rows), self._calibrations, self._calibration_of[rows], self.choice)
+        rows = np.asarray(rows, dtype=np.intp)
+        return replace(self, numbers=self.numbers[rows], calibration_of=self.calibration_of[rows])
 
     def distinct(self, *sections: str) -> Iterator[RunRequest]:
         """One run for each combination of some sections that occurs, in order of appearance."""
-        return (self._table.request(row) for row in self.first(*sections).tolist())
+        return (self.request(row) for row in self.first(*sections).tolist())
 
     def first(self, *sections: str) -> NDArray[np.intp]:
         """The first run of each combination of some sections that occurs."""
-        return self._table.distinct(*sections)[0]
-
-    def values(self, name: str) -> list[Any]:
-        """The value of a dotted parameter in each run."""
-        return self._table.column(name)
+        return self.combinations(*sections)[0]
 
     def solutions(self) -> dict[str, int]:
         """How often K_i is solved: leakage ``flows``, other ``conditions``, and the ``total`` of both."""
-        needed = np.unique(self._calibration_of[self._calibration_of != NONE])
-        solved = self._calibrations.at(needed)
+        needed = np.unique(self.calibration_of[self.calibration_of != NONE])
+        solved = self.calibrations.at(needed)
         others = [name for name in RECORD_SECTIONS if name != "leakage"]
         return {
-            "flows": len(set(solved.column("leakage.internal_flow"))),
-            "conditions": len(solved.distinct(*others)[0]),
+            "flows": len(set(solved.values("leakage.internal_flow"))),
+            "conditions": len(solved.combinations(*others)[0]),
             "total": len(needed),
         }
 
     def record_texts(self) -> Iterator[tuple[str | None, str]]:
         """What determines the record of each run: the conditions under which K_i is solved, and itself."""
-        calibrations: list[str | None] = [*self._calibrations.texts(RECORD_SECTIONS), None]
-        conditions = map(calibrations.__getitem__, self._calibration_of)
-        return zip(conditions, self._table.texts(RECORD_SECTIONS), strict=True)
+        calibrations: list[str | None] = [*self.calibrations.texts(RECORD_SECTIONS), None]
+        conditions = map(calibrations.__getitem__, self.calibration_of)
+        return zip(conditions, self.texts(RECORD_SECTIONS), strict=True)
 
     def analysis_texts(self) -> Iterator[str]:
         """``RunSpec.analysis_text`` of all runs."""
-        for sections in self._table.texts(ANALYSIS_SECTIONS):
+        for sections in self.texts(ANALYSIS_SECTIONS):
             yield _analysis_text(sections, self.choice)
 
 
@@ -418,25 +405,24 @@ class Expansion:
         }  # fmt: skip
         self._places = {name: index for index, name in enumerate(self._numbers)}
         values = {name: _first_values(numbers) for name, numbers in self._numbers.items()}
-        self._plain = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
+        self._table = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
 
     def runs(self, numbers: Numbers) -> Runs:
         """The runs of rows, and the conditions under which their leakage flows are solved."""
         calibration_of = np.full(len(numbers), NONE, dtype=np.intp)
         needed = np.flatnonzero(self._needs_solution(numbers))
-        kept = {
-            name: place for name, place in self._places.items() if name.partition(".")[0] not in OBSERVATION
-        }
-        conditions = self._conditions(numbers[needed])[:, list(kept.values())]
+        choices, made = self._table.choices, self._table.made
+        kept = [name for name in choices if name.partition(".")[0] not in OBSERVATION]
+        conditions = self._conditions(numbers[needed])[:, [self._places[name] for name in kept]]
         first, calibration_of[needed] = _distinct(conditions)
-        table = replace(self._plain, numbers=numbers)
         calibrations = ParameterTable(
             self._nominal.with_defaults(OBSERVATION),
-            {name: table.values[name] for name in kept},
+            {name: choices[name] for name in kept},
             conditions[first],
-            table.made,
+            made=made,
         )
-        return Runs(table, calibrations, calibration_of, self._experiment.indicator_choice)
+        choice = self._experiment.indicator_choice
+        return Runs(self._nominal, choices, numbers, calibrations, calibration_of, choice, made=made)
 
     def swept_rows(self) -> Numbers:
         """The runs at all points, each once."""
@@ -516,12 +502,12 @@ class Expansion:
         self, numbers: Numbers, changed: Iterable[str], changes: Mapping[str, Any] | None = None
     ) -> None:
         """Check the changed sections of rows, alone and together; without `changes`, rows are the points."""
-        table, sections = replace(self._plain, numbers=numbers), {name.partition(".")[0] for name in changed}
+        table, sections = replace(self._table, numbers=numbers), {name.partition(".")[0] for name in changed}
         alone = [(name,) for name in RunRequest.model_fields if name in sections]
         for fitting in (*alone, *RunRequest.fits):
             if sections.isdisjoint(fitting):
                 continue
-            for row in table.distinct(*fitting)[0].tolist():
+            for row in table.combinations(*fitting)[0].tolist():
                 try:
                     made = [table.section(name, row) for name in fitting]  # which checks each alone
                     if fitting in RunRequest.fits:

@@ -99,7 +99,7 @@ def parse_rows(text: str, place: str = "text") -> HeldRows:
     require(not is_cut, "expected two columns, time and voltage", n_row)
     named = "position" if short_name(table.titles[1]) == "position" else "voltage"
     units = [units[0] or "s", units[1] or _UNITS[named]]
-    dimensions = [found and found.exponents for found in map(known_unit, units)]
+    dimensions = [unit and unit.exponents for unit in map(known_unit, units)]
     fitting = (name for name, own in _UNITS.items() if parse_unit(own).exponents == dimensions[1])
     quantity = next(fitting, "")
     require(dimensions[0] == parse_unit("s").exponents, f"the unit {units[0]!r} is not one of time")

@@ -275,11 +275,11 @@ def data_sheet_of(sections: Mapping[str, Any]) -> dict[str, Any]:
 
     Beside an FMU, only those that the sections state.
     """
-    places = ((name, *parameter.split(".")) for name, parameter in PLANT_PARAMETERS.items())
+    fields = ((name, *parameter.split(".")) for name, parameter in PLANT_PARAMETERS.items())
     is_foreign = getattr(sections.get("plant"), "fmu", None) is not None
     values = (
         (name, getattr(sections.get(section), field, None))
-        for name, section, field in places
+        for name, section, field in fields
         if not is_foreign or field in getattr(sections.get(section), "model_fields_set", ())
     )
     return {"position_zero": "centre"} | {name: value for name, value in values if value is not None}
@@ -303,7 +303,7 @@ _GONE = {
 
 def _without_gone(given: Any, above: str = "") -> Any:
     if isinstance(given, list):
-        return [_without_gone(each, above) for each in given]
+        return [_without_gone(part, above) for part in given]
     if not isinstance(given, dict):
         return given
     named = ((f"{above}.{key}".lstrip("."), key, value) for key, value in given.items())

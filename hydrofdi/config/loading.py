@@ -158,7 +158,7 @@ def load_experiment(
         file = None
     source = _read(file)
     settings = [settings] if isinstance(settings, str) else settings
-    if not isinstance(settings, Iterable) or not all(isinstance(each, str) for each in settings):
+    if not isinstance(settings, Iterable) or not all(isinstance(setting, str) for setting in settings):
         expected = "{'fluid.bulk_modulus': '689 MPa'}, or texts such as 'fluid.bulk_modulus=689 MPa'"
         raise ConfigError(f"settings: expected {expected}; found {brief(settings)}")
     if isinstance(settings, Mapping):
@@ -262,9 +262,9 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
         return ()
     parts = tuple(full.split("."))
     if "plant" in parts[:-2]:  # a parameter of an FMU, whose name may have dots
-        place = parts.index("plant")
-        named = ".".join(parts[place:])
-        return (*parts[:place], named) if place else ("plant", named.partition(".")[2])
+        index = parts.index("plant")
+        named = ".".join(parts[index:])
+        return (*parts[:index], named) if index else ("plant", named.partition(".")[2])
     is_below = parts[0] in ("baseline", "sweep", "ensemble", "study") and len(parts) > 2
     is_within = (
         is_below and parts[-3] in (*PARAMETER_MAPPINGS, "faults") and parts[-2] not in PARAMETER_MAPPINGS
@@ -356,9 +356,9 @@ def _normalize_chart(
     if not isinstance(watched := chart.get("of"), str):
         return
     traced = {
-        f"{label}.{each.estimates[0].name}": each
-        for label, each in made.items()
-        if isinstance(each, RecursiveIndicator)
+        f"{label}.{indicator.estimates[0].name}": indicator
+        for label, indicator in made.items()
+        if isinstance(indicator, RecursiveIndicator)
     }
     if watched not in traced:
         source.report(

@@ -407,11 +407,6 @@ class LeakageConfig(Section):
         """How long the leakage takes to open [s]."""
         return _AT_ONCE if self.onset == "step" else self.onset_duration
 
-    @property
-    def needs_calibration(self) -> bool:
-        """Whether K_i has to be solved from a mean leakage flow."""
-        return bool(self.internal_flow)
-
 
 class LoadConfig(Section):
     """Force against positive motion of the piston."""

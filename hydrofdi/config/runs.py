@@ -72,21 +72,21 @@ class ParameterTable:
         return replace(self, numbers=self.numbers[rows])
 
     @cached_property
-    def _places(self) -> dict[str, slice]:
+    def _columns(self) -> dict[str, slice]:
         """Section that varies → its columns."""
         owners = [name.partition(".")[0] for name in self.choices]
         first = {owner: owners.index(owner) for owner in owners}
-        return {owner: slice(place, place + owners.count(owner)) for owner, place in first.items()}
+        return {owner: slice(column, column + owners.count(owner)) for owner, column in first.items()}
 
     def section(self, name: str, row: int) -> Section:
         """A section of one run."""
         base: Section = self.base.__dict__[name]
-        if name not in self._places:
+        if name not in self._columns:
             return base
-        numbers = self.numbers[row, self._places[name]]
+        numbers = self.numbers[row, self._columns[name]]
         key = name, numbers.tobytes()
         if key not in self.made:
-            varied = [*self.choices.items()][self._places[name]]
+            varied = [*self.choices.items()][self._columns[name]]
             fields = (
                 (parameter.partition(".")[2], values[number])
                 for (parameter, values), number in zip(varied, numbers.tolist(), strict=True)
@@ -96,15 +96,15 @@ class ParameterTable:
 
     def request(self, row: int) -> RunRequest:
         """The parameters of one run."""
-        return self.base.with_valid_sections({name: self.section(name, row) for name in self._places})
+        return self.base.with_valid_sections({name: self.section(name, row) for name in self._columns})
 
     def combinations(self, *sections: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The first run of each combination of some sections that occurs, and which of these each run has."""
         columns = [
             column
             for name in sections
-            if name in self._places
-            for column in self.numbers[:, self._places[name]].T
+            if name in self._columns
+            for column in self.numbers[:, self._columns[name]].T
         ]
         return distinct_rows(columns, len(self))
 
@@ -223,8 +223,8 @@ class Runs(ParameterTable, Sequence[RunSpec]):
 
 def spread(n: int, most: int) -> list[int]:
     """At most so many of the places 0 … n − 1, spread evenly, with the first and the last."""
-    places: list[int] = np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int)).tolist()
-    return places
+    positions: list[int] = np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int)).tolist()
+    return positions
 
 
 _MOST_MADE = 8192
@@ -325,7 +325,7 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
 
 def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
     """The runs of all populations, in each design."""
-    n_record = sum(each.count for each in populations(study))
+    n_record = sum(population.count for population in populations(study))
     _require_countable(count_points(experiment.sweep) * n_record, "study")
     points = multiplied(_block_points(experiment, "sweep"), study_points(study))
     table = study_roles(experiment)
@@ -403,7 +403,7 @@ class Expansion:
             for name in (*parameter_names(), *sorted(filter(is_foreign, names)))
             if name in names
         }  # fmt: skip
-        self._places = {name: index for index, name in enumerate(self._numbers)}
+        self._column = {name: index for index, name in enumerate(self._numbers)}
         values = {name: _first_values(numbers) for name, numbers in self._numbers.items()}
         self._table = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
 
@@ -413,7 +413,7 @@ class Expansion:
         needed = np.flatnonzero(self._needs_solution(numbers))
         choices, made = self._table.choices, self._table.made
         kept = [name for name in choices if name.partition(".")[0] not in OBSERVATION]
-        conditions = self._conditions(numbers[needed])[:, [self._places[name] for name in kept]]
+        conditions = self._conditions(numbers[needed])[:, [self._column[name] for name in kept]]
         first, calibration_of[needed] = _distinct(conditions)
         calibrations = ParameterTable(
             self._nominal.with_defaults(OBSERVATION),
@@ -426,11 +426,11 @@ class Expansion:
 
     def swept_rows(self) -> Numbers:
         """The runs at all points, each once."""
-        numbers = np.zeros((self._points.n_point, len(self._places)), dtype=np.int32)
+        numbers = np.zeros((self._points.n_point, len(self._column)), dtype=np.int32)
         for name, column in self._points.columns.items():
             own = self._numbers[name]
             # A point that does not set the parameter has index −1, and its nominal value the number 0.
-            numbers[:, self._places[name]] = np.array([*map(own.__getitem__, column.values), 0])[column.index]
+            numbers[:, self._column[name]] = np.array([*map(own.__getitem__, column.values), 0])[column.index]
         is_set = [
             self._points.columns[name].index != NOMINAL
             if name in self._points.columns
@@ -439,7 +439,7 @@ class Expansion:
         ]
         for name, is_own, is_other in zip(INTERNAL_LEAKAGE_FORMS, is_set, is_set[::-1], strict=True):
             # A point that sets K_i cancels the flow of the file, and the other way round.
-            numbers[is_other & ~is_own, self._places[name]] = self._numbers[name][None]
+            numbers[is_other & ~is_own, self._column[name]] = self._numbers[name][None]
         self._require_possible(numbers, self._points.columns)
         numbers = self._plainly_sealed(numbers)
         return numbers[_distinct(numbers)[0]]
@@ -447,27 +447,27 @@ class Expansion:
     def with_baselines(self, rows: Numbers) -> tuple[Numbers, NDArray[np.intp], NDArray[np.intp]]:
         """Rows and the baselines that they lack, and where the fixed and matched baseline of each lies."""
         leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
-        healthy = [self._plainly_sealed(self._changed(rows, each)) for each in (self._baseline, leakage)]
+        healthy = [self._plainly_sealed(self._changed(rows, new)) for new in (self._baseline, leakage)]
         (first_fixed, of_fixed), (first_matched, of_matched) = map(_distinct, healthy)
         # In the order of the runs that need them first, each fixed baseline before the matched one.
         by_turns = np.argsort(np.concatenate([2 * first_fixed, 2 * first_matched + 1]))
         baselines = np.concatenate([healthy[0][first_fixed], healthy[1][first_matched]])
         together = np.concatenate([rows, baselines[by_turns]])
-        first, places = _distinct(together)
+        first, index = _distinct(together)
         if len(first) > len(rows):
             # A baseline that was added needs baselines, too; those of baselines are known, so this ends.
             return self.with_baselines(together[first])
-        found = np.empty(len(by_turns), dtype=np.intp)
-        found[by_turns] = places[len(rows) :]
+        rows_of = np.empty(len(by_turns), dtype=np.intp)
+        rows_of[by_turns] = index[len(rows) :]
         n_fixed = len(first_fixed)
-        return rows, found[:n_fixed][of_fixed], found[n_fixed:][of_matched]
+        return rows, rows_of[:n_fixed][of_fixed], rows_of[n_fixed:][of_matched]
 
     def _changed(self, numbers: Numbers, changes: Mapping[str, Any]) -> Numbers:
         """Rows with dotted values replaced; either form of the internal leakage replaces the other."""
         forms = dict.fromkeys(INTERNAL_LEAKAGE_FORMS) if changes.keys() & set(INTERNAL_LEAKAGE_FORMS) else {}
         changed = numbers.copy()
         for name, value in (forms | dict(changes)).items():
-            changed[:, self._places[name]] = self._numbers[name][value]
+            changed[:, self._column[name]] = self._numbers[name][value]
         self._require_possible(changed, changes, changes)
         return changed
 
@@ -476,7 +476,7 @@ class Expansion:
         sealed = ~self._needs_solution(numbers) & self._has(numbers, "leakage.internal_coefficient", None)
         plain = numbers.copy()
         for name, value in self._sealed.items():
-            plain[sealed, self._places[name]] = self._numbers[name][value]
+            plain[sealed, self._column[name]] = self._numbers[name][value]
         return plain
 
     def _needs_solution(self, numbers: Numbers) -> NDArray[np.bool_]:
@@ -484,7 +484,7 @@ class Expansion:
         return ~(self._has(numbers, flow, None) | self._has(numbers, flow, 0.0))
 
     def _has(self, numbers: Numbers, name: str, value: Any) -> NDArray[np.bool_]:
-        is_same: NDArray[np.bool_] = numbers[:, self._places[name]] == self._numbers[name][value]
+        is_same: NDArray[np.bool_] = numbers[:, self._column[name]] == self._numbers[name][value]
         return is_same
 
     def _conditions(self, numbers: Numbers) -> Numbers:
@@ -492,7 +492,7 @@ class Expansion:
         conditions = numbers.copy()
         if self._experiment.calibration.at == "nominal":
             kept = {*self._experiment.ensemble.names, *INTERNAL_LEAKAGE_FORMS}
-            conditions[:, [place for name, place in self._places.items() if name not in kept]] = 0
+            conditions[:, [column for name, column in self._column.items() if name not in kept]] = 0
         baseline = self._baseline.items()
         return self._changed(
             conditions, {name: value for name, value in baseline if name not in INTERNAL_LEAKAGE_FORMS}

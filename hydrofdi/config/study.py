@@ -286,8 +286,8 @@ def _points(config: PopulationConfig, each: Drawn) -> Points:
 
 def _drawn(name: str, law: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> SweptValues:
     values = drawn(name, law, unit, path)
-    places = {value: index for index, value in enumerate(dict.fromkeys(values))}
-    return SweptValues(list(places), np.array([places[value] for value in values], dtype=np.int32))
+    index_of = {value: index for index, value in enumerate(dict.fromkeys(values))}
+    return SweptValues(list(index_of), np.array([index_of[value] for value in values], dtype=np.int32))
 
 
 def _unit(config: PopulationConfig, population: str, name: str, count: int) -> NDArray[np.float64]:

@@ -169,8 +169,8 @@ def study_labels(experiment: ExperimentConfig) -> list[str]:
     if experiment.study is None:
         return []
     roles = study_roles(experiment)
-    titles = [each.title.removeprefix("fault ") for each in roles.populations]
-    return [titles[each] for each in roles.of_run.tolist()]
+    titles = [population.title.removeprefix("fault ") for population in roles.populations]
+    return [titles[index] for index in roles.of_run.tolist()]
 
 
 @dataclass(frozen=True)

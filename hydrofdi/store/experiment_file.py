@@ -49,7 +49,7 @@ def write_experiment(
 
     time = results.time() if experiment.store.signals != "none" else None
     kept = names.stored_signals(experiment.store.signals) - experiment.absent_signals
-    signals = [each for each in names.COMPUTED if each.name in kept]
+    signals = [variable for variable in names.COMPUTED if variable.name in kept]
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
         file.attrs["format_version"] = names.FORMAT_VERSION
@@ -61,7 +61,7 @@ def write_experiment(
         for variable, values in columns_of(results, table).items():
             _write_column(file, variable, values)
         if axes := coordinates_of(table):
-            file.attrs["coordinates"] = " ".join(each.name for each in axes)
+            file.attrs["coordinates"] = " ".join(variable.name for variable in axes)
             for variable, values in axes.items():
                 _write_column(file, variable, values)
             file[names.SWEPT.name].attrs["dtype"] = "bool"  # as xarray marks it
@@ -78,7 +78,7 @@ def write_experiment(
 def computed_variables(table: RunTable) -> tuple[Variable, ...]:
     """Variables that the runs of a table compute, without signals."""
     wavelets = [request.wavelet for request in table.runs.distinct("wavelet")]
-    computed = names.stored_variables("none", phases=any(each.phase == "all" for each in wavelets))
+    computed = names.stored_variables("none", phases=any(wavelet.phase == "all" for wavelet in wavelets))
     return (*computed, *names.output_variables(map(table.runs.choice.made, wavelets)))
 
 
@@ -230,7 +230,7 @@ def read_experiment(path: Path) -> ExperimentData:
         stored = (*names.REQUESTED, *names.stored_variables("none", phases=names.PHASE in file))
         axes = {names.axis_variable(name) for name in experiment.varied_names}
         others = [name for name in file if name in axes or ("." in name and not file[name].is_scale)]
-        columns = {name: values_in(file, name) for name in (*(each.name for each in stored), *others)}
+        columns = {name: values_in(file, name) for name in (*(variable.name for variable in stored), *others)}
         columns |= names.wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
@@ -271,8 +271,8 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
 def read_texts(path: Path, name: str) -> dict[str, list[str]]:
     """Name → text of each run, of a variable, or of all variables with a suffix such as ``.obstacle``."""
     with _experiment_file(path) as file:
-        found = [each for each in file if each == name or (name.startswith(".") and each.endswith(name))]
-        return {each: list(file[each].asstr()[:]) for each in found}
+        named = [own for own in file if own == name or (name.startswith(".") and own.endswith(name))]
+        return {own: list(file[own].asstr()[:]) for own in named}
 
 
 @contextmanager

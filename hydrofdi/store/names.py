@@ -197,7 +197,7 @@ def axis_variable(parameter: str) -> str:
 def coordinate(parameter: str) -> str:
     """Name of the coordinate of a swept parameter, e.g. ``EBM``; else, e.g., ``swept_friction_law``."""
     short = short_name(parameter)
-    taken = {RUN, TIME, LEVEL, PHASE, SWEPT.name, *(each.name for each in (*REQUESTED, *COMPUTED))}
+    taken = {RUN, TIME, LEVEL, PHASE, SWEPT.name, *(own.name for own in (*REQUESTED, *COMPUTED))}
     return f"swept_{axis_variable(parameter)}" if short in taken or "." in short else short
 
 

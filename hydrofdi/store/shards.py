@@ -283,10 +283,10 @@ def _from_index(path: Path) -> dict[str, Any]:
         return {}
 
 
-def _keep_more_complete(places: dict[str, StoredRun], identity: str, stored: StoredRun) -> None:
-    known = places.setdefault(identity, stored)
+def _keep_more_complete(located: dict[str, StoredRun], identity: str, stored: StoredRun) -> None:
+    known = located.setdefault(identity, stored)
     if known is not stored and _completeness(known) < _completeness(stored):
-        places[identity] = stored
+        located[identity] = stored
 
 
 _DTYPES = ("float32", "float64")

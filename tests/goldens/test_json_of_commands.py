@@ -6,6 +6,7 @@ Keys and texts are compared exactly, numbers to what other processors may change
 import json
 import math
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -115,3 +116,12 @@ def _frozen(value):
     if isinstance(value, dict):
         return {key: None if key in FREE else _frozen(each) for key, each in value.items()}
     return [_frozen(each) for each in value] if isinstance(value, list) else value
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in HERE.glob("*.json") if path.stem != "detector"))
+def test_the_page_of_json_names_every_key(name):
+    golden = json.loads((HERE / f"{name}.json").read_text(encoding="utf-8"))
+    lines = golden if isinstance(golden, list) else [golden, *golden.get("windows", [])]
+    lines += [golden["summary"]] if name == "detect" else []
+    page = (HERE.parents[1] / "docs/json.md").read_text(encoding="utf-8")
+    assert {key for line in lines for key in line} - {*re.findall(r"`(\w+)(?:\[\d+\])?`", page)} == set()

@@ -11,19 +11,19 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentConfig, IndicatorChoice
+from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, STORED, ExperimentConfig, IndicatorChoice
 from hydrofdi.config.normalizing import normalize
 from hydrofdi.config.request import RunRequest, full_name, meant, parameter_names, parameter_unit
 from hydrofdi.config.study import WatchedChart
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
-from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.errors import ConfigError, Issue, StoreError
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.plugins import load_plugins
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
-from hydrofdi.settings.messages import brief, nearest
+from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import merged, overlay, read_extended, validated
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
@@ -180,6 +180,16 @@ def load_experiment(
     _normalize_detection(source, load_plugins(source))
     normalize(source)
     return validated(ExperimentConfig, source)
+
+
+def stored_experiment(text: str, place: str) -> ExperimentConfig:
+    """Parse a resolved configuration, whose indicators need not be installed."""
+    try:
+        return ExperimentConfig.model_validate_json(text, context=STORED)
+    except ValidationError as error:
+        first = error.errors()[0]
+        why = ": ".join(filter(None, (".".join(map(str, first["loc"])), describe_error(first))))
+        raise StoreError(f"{place}: cannot be read: {why}") from None
 
 
 def text_of_settings(settings: Sequence[str], extends: str) -> str:

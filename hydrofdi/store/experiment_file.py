@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import stored_attributes
+from hydrofdi.config.loading import stored_experiment
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
-from hydrofdi.store.folder import stored_experiment
 from hydrofdi.store.names import Variable
 from hydrofdi.store.shards import FileSignals, ShardResults, create_signal, values_in, write_rows
 

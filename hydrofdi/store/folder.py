@@ -17,14 +17,11 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.drive import without_contents
-from hydrofdi.config.experiment import STORED
+from hydrofdi.config.loading import stored_experiment
 from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.settings.messages import describe_error
 from hydrofdi.store.files import open_own, reason, write_all, write_whole_text
 
 _FILE = ".lock"
@@ -302,13 +299,3 @@ def read_request(directory: Path) -> ExperimentConfig:
     if not record:
         raise StoreError(f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})")
     return stored_experiment(json.dumps(record), str(directory / REQUEST_FILE))
-
-
-def stored_experiment(text: str, place: str) -> ExperimentConfig:
-    """Parse a resolved configuration."""
-    try:
-        return ExperimentConfig.model_validate_json(text, context=STORED)
-    except ValidationError as error:
-        first = error.errors()[0]
-        why = ": ".join(filter(None, (".".join(map(str, first["loc"])), describe_error(first))))
-        raise StoreError(f"{place}: cannot be read: {why}") from None

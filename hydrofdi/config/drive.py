@@ -27,10 +27,10 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from hydrofdi.config.machine import LoadConfig
 from hydrofdi.errors import DataError
-from hydrofdi.settings import readable as usual
+from hydrofdi.settings import quantities as usual
+from hydrofdi.settings.files import read_text
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.validation import read_text
 from hydrofdi.units import parse_si, parse_unit
 
 MOST_ROWS = 100_000

@@ -17,9 +17,10 @@ from hydrofdi.config.plant import PARAMETERS, PlantConfig, declare, is_foreign, 
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sweep import LAWS, argument_values
 from hydrofdi.errors import ConfigError
+from hydrofdi.settings.files import Keys as Path
+from hydrofdi.settings.files import Source, scalar
 from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.settings.quantities import SI
-from hydrofdi.settings.yaml_source import Path, Source, scalar
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000

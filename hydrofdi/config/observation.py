@@ -12,9 +12,8 @@ from pydantic import Field, GetCoreSchemaHandler, model_validator
 from pydantic_core import CoreSchema, core_schema
 
 from hydrofdi.config.drive import InputConfig, RecordConfig, is_whole
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import counted, shown_quantity
 from hydrofdi.settings.quantities import SI, Section, field_quantity
-from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.transforms.configuration import WaveletConfig
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.results import external_coefficients
 from hydrofdi.transforms.wavelet import level_bands, percentage_change
 
 Array = NDArray[np.float64]
@@ -171,16 +172,6 @@ def normal_bulk_modulus(data: ExperimentData) -> float:
     if row == names.NO_BASELINE:
         return float(data.experiment.baseline["fluid.bulk_modulus"])
     return float(data.columns[names.BULK_MODULUS][row])
-
-
-def external_coefficients(data: ExperimentData) -> Array:
-    """K_e of chamber 1 and 2 of each run [m³/(s·Pa)], shape (n_run, 2)."""
-    either, *own = (data.values(f"{EXTERNAL}{chamber}") for chamber in ("", "_1", "_2"))
-    rows = [
-        [common if value is None else value for value, common in zip(values, either, strict=True)]
-        for values in own
-    ]
-    return np.array(rows, dtype=float).T
 
 
 def label_names(data: ExperimentData) -> list[str]:

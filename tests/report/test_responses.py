@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
 from hydrofdi.report.forms.page import render_json
 from hydrofdi.report.responses import LEAST_RUNS, rank_correlation, spread, study_responses
 from hydrofdi.store import names
+from hydrofdi.store.results import read_results
 from tests.conftest import sweep_in
 
 MIXED = """\

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
+from hydrofdi.store.results import read_results
 from tests.conftest import REPOSITORY, sweep_in, swept
 
 MODES = """\

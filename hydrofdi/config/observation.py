@@ -14,7 +14,7 @@ from pydantic_core import CoreSchema, core_schema
 from hydrofdi.config.drive import InputConfig, RecordConfig, is_whole
 from hydrofdi.settings.messages import counted, shown_quantity
 from hydrofdi.settings.quantities import SI, Section, field_quantity
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 
 class SensorConfig(Section):

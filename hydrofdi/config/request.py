@@ -18,10 +18,10 @@ from hydrofdi.config import drive, machine, observation
 from hydrofdi.config.observation import AnalysisConfig
 from hydrofdi.config.plant import PARAMETERS, PlantConfig, foreign_value, is_foreign, require_plant_fits
 from hydrofdi.physics.cylinder import pressure_force
-from hydrofdi.physics.steady_state import rest_pressures
+from hydrofdi.physics.hydraulic_mode import rest_pressures
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section, field_quantity
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 
 class RunParameters(Section):

@@ -23,7 +23,7 @@ from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.execution.compute import Job, compute_columns, split_jobs
-from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
+from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import (
     FIGURES,
     Distinct,

@@ -55,7 +55,7 @@ def measure(
     Exit code 1 if records are rejected or have no number of any indicator, or an indicator fails.
     'hydrofdi indicators' lists what can be measured.
     """
-    from hydrofdi.api.measuring import measured_records
+    from hydrofdi.api.records import measured_records
     from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
     from hydrofdi.indicators.overview import Counted
@@ -90,7 +90,7 @@ def _form(form: str | None, out: Path | None) -> str:
 def _write(
     form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
-    from hydrofdi.api.measuring import write_measures
+    from hydrofdi.api.records import write_measures
     from hydrofdi.report.forms.measures import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 

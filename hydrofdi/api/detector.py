@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained import configuration
 from hydrofdi.detectors.trained.detector import Detector as TrainedDetector
+from hydrofdi.detectors.trained.detector import Tally, judged_windows
 from hydrofdi.detectors.trained.file import DetectorFile, Made, detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.judged import Tally, judged_windows
 from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.detectors.trained.windows import watched, windows_table
 from hydrofdi.errors import ConfigError, StoreError
@@ -23,9 +23,8 @@ from hydrofdi.indicators.overview import Indicators
 from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of, refusal
-from hydrofdi.settings.readable import percent
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.yaml_source import plain
+from hydrofdi.settings.files import located, plain
+from hydrofdi.settings.messages import percent
 from hydrofdi.store.files import require_regular, write_whole_text
 from hydrofdi.studies.healthy import HealthyRecords, LeftOut, analysed_batches, experiment_of
 from hydrofdi.tables.table import Table

@@ -19,8 +19,8 @@ from hydrofdi.indicators.registry import describe, indicator_names
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.records.contents import Contents
+from hydrofdi.records.files import selection
 from hydrofdi.records.source import write_description
-from hydrofdi.records.writing import selection
 from hydrofdi.report.forms.measures import measures_table
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of, refusal
 from hydrofdi.settings.messages import counted

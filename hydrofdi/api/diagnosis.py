@@ -42,7 +42,7 @@ class Trend(TrendAnswer):
 
     def plot(self) -> Figure:
         """The points, the level with its interval, the onset, the limit and when it is reached."""
-        from hydrofdi.report.figures.trend import draw_trend
+        from hydrofdi.report.figures.signals import draw_trend
 
         return draw_trend(**self.drawing())
 

@@ -56,7 +56,7 @@ class Evaluation(EvaluationAnswer):
         Parameters
         ----------
         figure : str
-            ``densities``, ``roc``, ``false_alarms``; with known leaks also ``answer``, ``ranking``, ``pod``.
+            ``densities``, ``roc``; with known leaks also ``answer``, ``ranking``, ``pod``.
 
         Raises
         ------

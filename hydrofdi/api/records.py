@@ -21,7 +21,7 @@ from hydrofdi.records import Channel
 from hydrofdi.records.contents import Contents
 from hydrofdi.records.files import selection
 from hydrofdi.records.source import write_description
-from hydrofdi.report.forms.measures import measures_table
+from hydrofdi.report.measures import measures_table
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of, refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.tables.table import Table
@@ -111,7 +111,7 @@ def write_measures(
     path: Path, form: str, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     """Write what was measured, whole or not at all, as ``csv``, ``json`` or ``parquet``."""
-    from hydrofdi.report.forms.measures import OWN, csv_lines, json_parts, write_parquet
+    from hydrofdi.report.measures import OWN, csv_lines, json_parts, write_parquet
     from hydrofdi.store.files import require_own, whole_file
 
     require_own(path, OWN[form], "a table of measured indicators")

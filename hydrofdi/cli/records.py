@@ -91,7 +91,7 @@ def _write(
     form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     from hydrofdi.api.records import write_measures
-    from hydrofdi.report.forms.measures import csv_lines, json_parts
+    from hydrofdi.report.measures import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
     if out is not None:
@@ -105,7 +105,7 @@ def _write(
 
 def _measures(columns: Sequence[MeasuredOutput], records: Iterator[RecordMeasures]) -> Iterator[Any]:
     """The first records, and how many there are."""
-    from hydrofdi.report.forms.measures import measures_table, upright
+    from hydrofdi.report.measures import measures_table, upright
 
     shown = [*islice(records, _MOST_ROWS)]
     n_record = len(shown) + sum(1 for _ in records)

@@ -51,8 +51,8 @@ if TYPE_CHECKING:
     from hydrofdi.config import load_experiment as load_experiment
     from hydrofdi.diagnosis.answer import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
+    from hydrofdi.execution.exporting import Exported as Exported
     from hydrofdi.settings.files import schema as schema
-    from hydrofdi.store.exporting import Exported as Exported
     from hydrofdi.tables.table import Table as Table
 
 _HOMES = {
@@ -70,8 +70,8 @@ _HOMES = {
         "config": "load_experiment",
         "diagnosis.answer": "Diagnosis",
         "errors": "HydrofdiError",
-        "settings.ready": "schema",
-        "store.exporting": "Exported",
+        "execution.exporting": "Exported",
+        "settings.files": "schema",
         "tables.table": "Table",
     }.items()
     for name in names.split()

@@ -13,9 +13,9 @@ from hydrofdi.api.sources import Described, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.nominal_actuator import constants_not_given
-from hydrofdi.indicators.overview import Indicators, indicators_of, indicators_table
+from hydrofdi.indicators.overview import Indicators, indicators_of
 from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures, measure_sources, used_channels
-from hydrofdi.indicators.registry import describe, indicator_names
+from hydrofdi.indicators.registry import Description, describe, indicator_names
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.records.contents import Contents
@@ -29,8 +29,8 @@ from hydrofdi.tables.table import Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hydrofdi.fmi.inspection import PlantInspection
-    from hydrofdi.store.exporting import Exported
+    from hydrofdi.config.plant_inspection import PlantInspection
+    from hydrofdi.execution.exporting import Exported
 
 
 def measure(
@@ -273,15 +273,14 @@ def inspect(
 
 
 def _inspected_plant(path: Path, write: str | PathLike[str] | None) -> PlantInspection:
-    from hydrofdi.config.sections.plant import INPUTS, OUTPUTS
-    from hydrofdi.fmi.inspection import inspect_plant
+    from hydrofdi.config.plant_inspection import inspect_plant
     from hydrofdi.store.files import write_whole_text
 
-    plant = inspect_plant(path, INPUTS, OUTPUTS)
+    plant = inspect_plant(path)
     if write is not None:
         if (target := path_of(write)).exists():
             raise ConfigError(f"{target}: exists already; give a new file")
-        write_whole_text(target, inspect_plant(path.resolve(), INPUTS, OUTPUTS).proposal)
+        write_whole_text(target, inspect_plant(path.resolve()).proposal)
     return plant
 
 
@@ -334,7 +333,7 @@ def export(
     >>> hydrofdi.export({"P1 [bar]": [50.0, 50.5], "time [s]": [0.0, 0.01]}, "rig.csv").files[0].read_text()
     'time [s],P1 [Pa]\\n0.0,5000000.0\\n0.01,5050000.0\\n'
     """
-    from hydrofdi.store.exporting import target_of, write_records
+    from hydrofdi.execution.exporting import target_of, write_records
 
     chosen = selection(_texts("channels", channels), _texts("unit", unit))
     wanted = _texts("runs", runs)
@@ -352,3 +351,17 @@ def _texts(name: str, given: Texts | Sequence[int] | int) -> list[str]:
     if not found:
         raise ConfigError(f"{name}: is empty; leave it out for all")
     return found
+
+
+def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
+    """A row for each indicator."""
+    symbols = [" ".join(Channel(name).symbol for name in each.channels) for each in described]
+    columns: dict[str, list[Any]] = {
+        "name": [each.name for each in described],
+        "summary": [each.summary for each in described],
+        "channels": symbols,
+        "outputs": [len(each.outputs) for each in described],
+        "cost": [each.cost for each in described],
+    }
+    sources = {"source": [each.source for each in described]} if with_sources else {}
+    return Table.of(columns | sources, row="indicator")

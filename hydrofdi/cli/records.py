@@ -147,7 +147,6 @@ def diagnose(
 
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
-    from hydrofdi.diagnosis.answer import visible_text
     from hydrofdi.settings.messages import percent
     from hydrofdi.tables.answer import Strong
 
@@ -167,7 +166,7 @@ def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
         yield from ("", Strong("; ".join(f"{titles[name]}: {n}" for name, n in found.counts.items())))
     healthy = next((each for each in found.records if each.name == "healthy"), None)
     if healthy:
-        yield f"Would have been seen from this size on: {visible_text(healthy.findings)}"
+        yield f"Would have been seen from this size on: {found.visible_text(healthy)}"
     for record in [*reversed(faults.values())][:_MOST_FAULTS]:
         finding, titles = record.findings[0], {each.name: each.title for each in record.findings}
         sure = "above 99.9 %" if finding.low > 0.999 else f"{percent(finding.low)} to {percent(finding.high)}"

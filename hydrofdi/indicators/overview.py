@@ -9,12 +9,9 @@ from typing import Any
 
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.record_measures import RecordMeasures
-from hydrofdi.indicators.registry import Description
 from hydrofdi.indicators.selection import load_indicators, make_indicators
-from hydrofdi.records import Channel
 from hydrofdi.settings.files import plain
 from hydrofdi.settings.messages import counted
-from hydrofdi.tables.table import Table
 
 
 @dataclass
@@ -73,17 +70,3 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
     if isinstance(given, str | PathLike):
         return load_indicators(fspath(given))
     return make_indicators(plain(given))
-
-
-def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
-    """A row for each indicator."""
-    symbols = [" ".join(Channel(name).symbol for name in each.channels) for each in described]
-    columns: dict[str, list[Any]] = {
-        "name": [each.name for each in described],
-        "summary": [each.summary for each in described],
-        "channels": symbols,
-        "outputs": [len(each.outputs) for each in described],
-        "cost": [each.cost for each in described],
-    }
-    sources = {"source": [each.source for each in described]} if with_sources else {}
-    return Table.of(columns | sources, row="indicator")

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.inputs import input_voltage
-from hydrofdi.simulation.kernels.lanes import WIDTH, pack_singles
+from hydrofdi.simulation.lanes import WIDTH, pack_singles
 from hydrofdi.transforms import WaveletConfig, detail_rms
 
 LARGEST_LEAKAGE_COEFFICIENT = 2.0e-8

@@ -17,7 +17,7 @@ from hydrofdi.indicators.selection import (
     indicators_table,
     of_machine,
 )
-from hydrofdi.report.forms.measures import measures_table
+from hydrofdi.report.measures import measures_table
 from hydrofdi.settings.arguments import Names, Texts, refusal
 from hydrofdi.tables.table import Table
 
@@ -100,7 +100,7 @@ def write_measures(
     path: Path, form: str, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     """Write what was measured, whole or not at all, as ``csv``, ``json`` or ``parquet``."""
-    from hydrofdi.report.forms.measures import OWN, csv_lines, json_parts, write_parquet
+    from hydrofdi.report.measures import OWN, csv_lines, json_parts, write_parquet
     from hydrofdi.store.files import require_own, whole_file
 
     require_own(path, OWN[form], "a table of measured indicators")

@@ -91,7 +91,7 @@ def _write(
     form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     from hydrofdi.api.measuring import write_measures
-    from hydrofdi.report.forms.measures import csv_lines, json_parts
+    from hydrofdi.report.measures import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
     if out is not None:
@@ -105,7 +105,7 @@ def _write(
 
 def _measures(columns: Sequence[MeasuredOutput], records: Iterator[RecordMeasures]) -> Iterator[Any]:
     """The first records, and how many there are."""
-    from hydrofdi.report.forms.measures import measures_table, upright
+    from hydrofdi.report.measures import measures_table, upright
 
     shown = [*islice(records, _MOST_ROWS)]
     n_record = len(shown) + sum(1 for _ in records)
@@ -148,7 +148,7 @@ def diagnose(
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
     from hydrofdi.diagnosis.answer import visible_text
-    from hydrofdi.settings.readable import percent
+    from hydrofdi.settings.messages import percent
     from hydrofdi.tables.answer import Strong
 
     history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"

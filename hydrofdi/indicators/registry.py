@@ -29,10 +29,9 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.faults import fault_of_declaration
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import brief, nearest
+from hydrofdi.settings.files import Source
+from hydrofdi.settings.messages import brief, nearest, shown_quantity
 from hydrofdi.settings.quantities import field_quantity, field_texts
-from hydrofdi.settings.readable import shown_quantity
-from hydrofdi.settings.yaml_source import Source
 
 LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 

@@ -20,11 +20,9 @@ from hydrofdi.indicators.registry import (
     sound_indicator,
 )
 from hydrofdi.records import Channel, RecordSource
+from hydrofdi.settings.files import Keys as KeyPath
+from hydrofdi.settings.files import Source, located, plain, read_extended
 from hydrofdi.settings.messages import describe_error, nearest
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import read_extended
-from hydrofdi.settings.yaml_source import Path as KeyPath
-from hydrofdi.settings.yaml_source import Source, plain
 from hydrofdi.tables.table import Table
 
 

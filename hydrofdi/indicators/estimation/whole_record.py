@@ -20,7 +20,7 @@ from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UN
 from hydrofdi.indicators.estimation.weak_rls import CORRELATED, LAW, N_FIT, WIDER, Assumptions
 from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.records import Array, RecordBatch
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.settings.messages import shown_quantity
 
 _LEAK, _CLEARANCE = UNKNOWNS.index("internal_coefficient"), UNKNOWNS.index("clearance")
 

@@ -13,20 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi import transforms as undecimated
 from hydrofdi.config import RunParameters
+from hydrofdi.config.drive import is_whole
 from hydrofdi.config.experiment import Analysis
 from hydrofdi.config.request import parameter_names, parameter_quantity
-from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.transforms import (
-    WaveletConfig,
-    boundary_length,
-    n_phase,
-    phase_detail_rms,
-    root_mean_square,
-    undecimated_coefficients,
-    undecimated_rms,
-)
+from hydrofdi.transforms import WaveletConfig, n_phase, root_mean_square
 
 if TYPE_CHECKING:
     from hydrofdi.simulation.balances import Trajectory
@@ -73,7 +66,7 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: Array) -> tuple[
     for n_period, rows in together.items():
         n_whole = n_sample // n_period
         periods = pressure[rows, -n_whole * n_period :].reshape(len(rows), n_whole, n_period)
-        for row, rms in zip(rows, undecimated_rms(periods, _WAVELET).detail, strict=True):
+        for row, rms in zip(rows, undecimated.undecimated_rms(periods, _WAVELET).detail, strict=True):
             rms = np.maximum(rms, LEAST_DETAIL * runs[row].supply.pressure)
             different = np.abs(rms / rms[-1] - 1.0).max(axis=1)
             changes[row] = different[-2]
@@ -146,17 +139,17 @@ def pressure_features(
 def _settled(
     wavelet: WaveletConfig, records: Array, first_sample: int, is_circular: bool
 ) -> dict[str, Array]:
-    outside = 0 if is_circular else boundary_length(wavelet)
+    outside = 0 if is_circular else undecimated.boundary_length(wavelet)
     if is_circular:
-        rms = undecimated_rms(records, wavelet)
+        rms = undecimated.undecimated_rms(records, wavelet)
         features = {"settled_detail_rms": rms.detail, "settled_approximation_rms": rms.approximation}
     else:
-        parts = undecimated_coefficients(records, wavelet)
+        parts = undecimated.undecimated_coefficients(records, wavelet)
         names = ("settled_detail_rms", "settled_approximation_rms")
         features = {n: root_mean_square(part[..., outside:]) for n, part in zip(names, parts, strict=True)}
     if wavelet.phase == "all":
-        details, _ = undecimated_coefficients(records, wavelet)
-        phases = phase_detail_rms(details[..., outside:], first_sample + outside)
+        details, _ = undecimated.undecimated_coefficients(records, wavelet)
+        phases = undecimated.phase_detail_rms(details[..., outside:], first_sample + outside)
         features["settled_phase_detail_rms"] = phases
     return features
 

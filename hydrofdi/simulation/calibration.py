@@ -196,7 +196,7 @@ def leakage_coefficients(
         Wall time of one run [s]; a solution may take that of `MOST_TRIALS`.
     """
     identities_of_runs, conditions = _conditions(runs)
-    unsolved = [each for each in conditions.items() if each[0] not in known]
+    unsolved = tuple(item for item in conditions.items() if item[0] not in known)
     size = max(1, min(_MOST_CONDITIONS, -(-len(unsolved) // max(1, engine.workers))))
     if len(unsolved) > WIDTH:
         size = -(-size // WIDTH) * WIDTH

@@ -33,9 +33,8 @@ from hydrofdi.quality.machine import (
     too_long_sentence,
 )
 from hydrofdi.report.wording import modulus_column
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
-from hydrofdi.settings.readable import plain as plain_number
+from hydrofdi.settings.messages import K_I_UNIT, counted, number_text, readable_unit, shown_quantity, typeset
+from hydrofdi.settings.messages import plain as plain_number
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store.layout import names

@@ -15,16 +15,15 @@ from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_value
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
-from hydrofdi.detectors.run_lengths import time_needed
+from hydrofdi.detectors.charts import time_needed
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.quality.machine import Distinct, at_speed, is_near_band_edge, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import counted, typeset
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 
 MOST_RECORDS = 200
@@ -204,7 +203,7 @@ def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterat
 
 def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Indicators that charts watch, each with the instants of its trace [s]."""
-    from hydrofdi.studies.charts import watched_instants  # only a study loads its rooms
+    from hydrofdi.studies.detecting import watched_instants  # only a study loads its rooms
 
     online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
     charts = online.charts.values() if online else ()

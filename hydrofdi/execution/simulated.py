@@ -16,8 +16,7 @@ from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import Issue
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.simulation.balances import Outcome
 from hydrofdi.simulation.batch import measured_batch
 from hydrofdi.simulation.calibration import leakage_coefficients

@@ -25,8 +25,7 @@ from hydrofdi.execution.plan import WHOLE, Part, SweepPlan, plan_sweep
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts, remedy_lines
 from hydrofdi.settings.arguments import refusal
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.simulation.calibration import leakage_coefficients, unsolved_conditions
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from hydrofdi.detectors.run_lengths import Delay
-from hydrofdi.evaluation.scores import Population
+from hydrofdi.evaluation.scores import Estimate, Population
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.document import Block
 from hydrofdi.report.wording import joined
+from hydrofdi.studies.detecting import REFERENCE_PRESSURE, Estimates
 from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
-from hydrofdi.studies.truth import REFERENCE_PRESSURE, Estimates
 from hydrofdi.tables.table import Table, finite, group_breaks
 from hydrofdi.units import convert
 
@@ -126,7 +125,7 @@ def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
     }
 
 
-def _quantile(name: str, delay: Delay) -> dict[str, float | None]:
+def _quantile(name: str, delay: Estimate) -> dict[str, float | None]:
     """In s; None if records end before."""
     ends = {f"{name}_s": delay.value, f"{name}_low_s": delay.low, f"{name}_high_s": delay.high}
     return {key: finite(value) for key, value in ends.items()}

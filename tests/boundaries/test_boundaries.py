@@ -14,7 +14,7 @@ from hydrofdi.compilation import object_code
 from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.monitor.sources import StreamSource, printable
 from hydrofdi.monitor.store import StateStore, StoredMachine
-from hydrofdi.records import opening
+from hydrofdi.records import files as opening
 from tests.commands import COMMAND, run, run_process
 
 NO_TEXT = os.fsdecode(b"rig\xff.csv")

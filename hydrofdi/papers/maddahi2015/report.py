@@ -19,8 +19,7 @@ from hydrofdi.report.document import Block, FigureKind
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, RunTable
 from hydrofdi.report.wording import joined, modulus_text
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE
+from hydrofdi.settings.messages import HOLE, counted
 from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Table, group_breaks, plain
 from hydrofdi.units import convert

@@ -10,7 +10,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.detectors.scores.contract import has_extra
 from hydrofdi.report import run_lengths, sections
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import finds
@@ -19,11 +18,9 @@ from hydrofdi.report.run_lengths import estimates_block
 from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import STATUS
-from hydrofdi.studies.charts import judge_charts
-from hydrofdi.studies.detecting import judge_study, winner
-from hydrofdi.studies.reading import asks_for_extra
+from hydrofdi.studies.detecting import Estimates, judge_charts, judge_estimates, judge_study, winner
+from hydrofdi.studies.reading import uses_extra
 from hydrofdi.studies.records import Detection
-from hydrofdi.studies.truth import Estimates, judge_estimates
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
@@ -158,6 +155,6 @@ class DetectionReport:
 
 def _with_extra(data: ExperimentData) -> ExperimentData:
     """The same with the version of scikit-learn, where scores were made with it for this report."""
-    if not (asks_for_extra(data.experiment.detection) and has_extra()):
+    if not uses_extra(data.experiment.detection):
         return data
     return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})

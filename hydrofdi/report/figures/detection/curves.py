@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.roc import RocCurve, roc_curve
+from hydrofdi.evaluation.rates import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
 from hydrofdi.report.figures.detection.populations import score_panels, sensor_marks, with_threshold
 from hydrofdi.report.figures.style import INK, LINES, legend_outside, log_axis, logit_axis, panels
 from hydrofdi.studies.judging import reference_of
-from hydrofdi.studies.parts import part
-from hydrofdi.studies.records import Detection, Judgement
+from hydrofdi.studies.records import Detection, Judgement, part
 
 _MOST_LINES = 6
 

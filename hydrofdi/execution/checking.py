@@ -19,7 +19,7 @@ from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
 from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.engine import InProcessEngine, limited
+from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.execution.compute import Job, compute_columns, split_jobs
@@ -176,7 +176,7 @@ def calibrated(experiment: ExperimentConfig, flows: Sequence[float]) -> Table:
     table = expand_runs(experiment.model_copy(update={"sweep": sweep}))
     runs = table.runs[: table.n_swept]
     with limited(experiment.limits.time_per_job):
-        coefficients = leakage_coefficients(runs, InProcessEngine(), {})
+        coefficients = leakage_coefficients(runs)
     return Table((
         quantity("flow", [run.request.leakage.internal_flow for run in runs], "m^3/s", "mean leakage"),
         replace(quantity("coefficient", coefficients, K_I_UNIT, "K_i (orifice)"), text="{:.6g}".format),
@@ -272,13 +272,10 @@ def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> Selection:
     runs, unreached = list(table.runs.at(chosen)), list[str]()
     required = "none" if experiment.has_scenarios else "any"
     try:
-        coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)  # type: ignore[arg-type]
+        coefficients = leakage_coefficients(runs, required=required)  # type: ignore[arg-type]
     except ConfigError as mistake:
         # A machine that moves too little for its leaks is shown without them: its other figures say why.
-        coefficients, unreached = (
-            leakage_coefficients(runs, InProcessEngine(), {}, required="none"),
-            [str(mistake)],
-        )
+        coefficients, unreached = (leakage_coefficients(runs, required="none"), [str(mistake)])
         if not any(map(math.isfinite, coefficients)):
             raise
     jobs = [

@@ -203,14 +203,13 @@ def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterat
 
 def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Indicators that charts watch, each with the instants of its trace [s]."""
-    from hydrofdi.studies.detecting import watched_instants  # only a study loads its rooms
-
     online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
     charts = online.charts.values() if online else ()
     for label in dict.fromkeys(chart.of.partition(".")[0] for chart in charts):
         indicator = made[label]
         assert isinstance(indicator, RecursiveIndicator)
-        yield label, watched_instants(indicator, experiment.nominal_parameters)
+        run = experiment.nominal_parameters
+        yield label, indicator.watched_instants(run.record.sampling_frequency, run.n_discarded)
 
 
 def _charted_records(experiment: ExperimentConfig) -> Iterator[tuple[str, int, int, str]]:

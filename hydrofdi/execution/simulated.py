@@ -13,7 +13,7 @@ from typing import Any
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.sections.plant import absent_signals
-from hydrofdi.engine import InProcessEngine, limited
+from hydrofdi.engine import limited
 from hydrofdi.errors import Issue
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.settings.messages import counted, time_text
@@ -71,7 +71,7 @@ class SimulatedRecords:
         while first < len(rows):
             alike = _alike(runs, rows[first:])
             with limited(self.experiment.limits.time_per_job):
-                coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
+                coefficients = leakage_coefficients(alike, None, known, required="none")
             own_ids = [record_ids[row] for row in rows[first : first + len(alike)]]
             texts = [titles[row] for row in rows[first : first + len(alike)]] if titles else []
             if labels and not titles:

@@ -172,8 +172,8 @@ _SHOWN_MISTAKES = 10
 
 def leakage_coefficients(
     runs: Sequence[RunSpec],
-    engine: Engine,
-    known: dict[str, float],
+    engine: Engine | None = None,
+    known: dict[str, float] | None = None,
     *,
     required: Literal["all", "any", "none"] = "all",
     on_solved: Callable[[int], None] = lambda _: None,
@@ -184,7 +184,9 @@ def leakage_coefficients(
 
     Parameters
     ----------
-    known : dict
+    engine : Engine, optional
+        Where K_i are solved, by default this process.
+    known : dict, optional
         Identity of a calibration → K_i; what is solved is added as it comes.
     required : {"all", "any", "none"}
         How many of the leaks have to be possible, else a ConfigError; a flow that no K_i reaches gives NaN.
@@ -195,6 +197,7 @@ def leakage_coefficients(
     time_per_job : float, optional
         Wall time of one run [s]; a solution may take that of `MOST_TRIALS`.
     """
+    engine, known = engine or Engine(), {} if known is None else known
     identities_of_runs, conditions = _conditions(runs)
     unsolved = tuple(item for item in conditions.items() if item[0] not in known)
     size = max(1, min(_MOST_CONDITIONS, -(-len(unsolved) // max(1, engine.workers))))

@@ -208,11 +208,11 @@ def _mode_of_run(job: Job, row: Mapping[str, Any], labels: Sequence[str]) -> Mod
 _percent = partial(number_text, n_digit=3, scale=100.0)
 
 
-def _modes_table(found: Check) -> Table:
+def _modes_table(check: Check) -> Table:
     """The hydraulic mode of each run."""
-    columns = {name: [mode[name] for mode in found.modes] for name in found.modes[0]}
+    columns = {name: [mode[name] for mode in check.modes] for name in check.modes[0]}
     conditions = [*map(shown_values, columns["labels"])]
-    if not found.figures:  # an FMU, whose equations are unknown
+    if not check.figures:  # an FMU, whose equations are unknown
         ends = [[f"{convert(end, 'MPa'):.4g}" for end in each] for each in columns["pressure_range"]]
         return Table((
             Column("conditions", conditions, is_text=True),
@@ -303,7 +303,7 @@ def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
     return [rows[job.run_id] for job in jobs]
 
 
-def plausibility_table(found: Sequence[Mapping[str, Any]]) -> Table:
+def plausibility_table(ranges: Sequence[Mapping[str, Any]]) -> Table:
     """The quantities, with their usual ranges, in readable units, and what to change."""
 
     def text(low: float, high: float, own: str) -> str:
@@ -314,9 +314,9 @@ def plausibility_table(found: Sequence[Mapping[str, Any]]) -> Table:
         return f"{' … '.join(ends)} {typeset(unit)}".removesuffix(" 1").rstrip()
 
     columns = {
-        "quantity": [each["quantity"] for each in found],
-        "here": [text(each["least"], each["largest"], each["unit"]) for each in found],
-        "usual": [text(each["usual"][0], each["usual"][1], each["unit"]) for each in found],
+        "quantity": [each["quantity"] for each in ranges],
+        "here": [text(each["least"], each["largest"], each["unit"]) for each in ranges],
+        "usual": [text(each["usual"][0], each["usual"][1], each["unit"]) for each in ranges],
     }
-    notes = (f"{each['quantity']}: {each['change']}" for each in found if each["change"])
+    notes = (f"{each['quantity']}: {each['change']}" for each in ranges if each["change"])
     return Table.of(columns, title="Plausibility", notes=tuple(notes))

@@ -235,10 +235,10 @@ def _simulated(jobs: Sequence[Job]) -> Columns:
     """Records of jobs; those that differ in their analysis alone share one."""
     if analysed_alike(jobs):
         return _recorded(jobs)
-    places = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
+    records_of = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
     records, record_of_job = (
-        _recorded([jobs[rows[0]] for rows in places.values()]),
-        indices(places, len(jobs)),
+        _recorded([jobs[rows[0]] for rows in records_of.values()]),
+        indices(records_of, len(jobs)),
     )
     return {name: v if name == names.TIME else v[record_of_job] for name, v in records.items()}
 
@@ -422,8 +422,8 @@ def run_jobs(
     batches = [Batch(batch, directory, store) for batch in split]
     here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
     there = [batch for batch in batches if batch not in here]
-    for place, work in ((InProcessEngine(), here), (engine, there)):
-        for result in run_halving(place, compute_shard, work, Batch.halves, time_limit):
+    for runner, work in ((InProcessEngine(), here), (engine, there)):
+        for result in run_halving(runner, compute_shard, work, Batch.halves, time_limit):
             if result.failure is None:
                 recorder.stored(result.value)
             else:

@@ -92,7 +92,7 @@ class SimulatedRecords:
         The name says how many of them there are.
         """
         record_ids, rows = self.record_ids, self._rows
-        chosen = {rows[place] for place in spread(len(rows), n_record)}
+        chosen = {rows[position] for position in spread(len(rows), n_record)}
         if record_id is not None:
             chosen |= {row for row in rows if record_ids[row].startswith(record_id)}
         if len(chosen) >= len(rows):
@@ -122,9 +122,9 @@ def _batch(
         for each, signal in records.SIGNAL_OF_CHANNEL.items()
         if each in source.channels and signal not in absent
     }
-    found = shown.signals(wanted.values())
+    signals = shown.signals(wanted.values())
     return RecordBatch(
-        {channel: found[signal][good] for channel, signal in wanted.items() if signal in found},
+        {channel: signals[signal][good] for channel, signal in wanted.items() if signal in signals},
         runs[0].parameters.record.sampling_frequency,
         tuple(record_ids[row] for row in good),
         sources=(source.name,) * len(good),

@@ -337,11 +337,11 @@ def _faults(texts: dict[str, list[str]]) -> dict[str, str]:
     """Label → the most frequent fault of an indicator, with how many runs have one."""
     faults = {}
     for name, obstacles in texts.items():
-        found = [obstacle for obstacle in obstacles if tells_fault(obstacle)]
-        if found and name.endswith(OBSTACLE):
-            ((sentence, _),) = Counter(found).most_common(1)
+        sentences = [obstacle for obstacle in obstacles if tells_fault(obstacle)]
+        if sentences and name.endswith(OBSTACLE):
+            ((sentence, _),) = Counter(sentences).most_common(1)
             faults[name.removesuffix(OBSTACLE)] = (
-                f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"
+                f"{sentence}, in {len(sentences)} of {counted(len(obstacles), 'run')}"
             )
     return faults
 

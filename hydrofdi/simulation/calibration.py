@@ -73,9 +73,9 @@ def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Cali
     trials = {k: next(search) for k, search in enumerate(searches)}
     solutions: dict[int, Calibration] = {}
     while trials:
-        places = list(trials)
-        for group in positions_by(conditions[k].record for k in places).values():
-            members = [places[position] for position in group]
+        open_conditions = list(trials)
+        for group in positions_by(conditions[k].record for k in open_conditions).values():
+            members = [open_conditions[position] for position in group]
             flows = _mean_flows([conditions[k] for k in members], [trials[k] for k in members])
             for k, flow in zip(members, flows.tolist(), strict=True):
                 try:
@@ -271,8 +271,8 @@ def _require_reachable(
     sentences = []
     for identity in unreachable:
         condition, most = conditions[identity], reachable.get(identity)
-        place = shown_values({name: condition.value(name) for name in varied})
-        sentence = f"{unreachable_sentence(condition)}{' at ' if place else ''}{place}"
+        setting = shown_values({name: condition.value(name) for name in varied})
+        sentence = f"{unreachable_sentence(condition)}{' at ' if setting else ''}{setting}"
         if most is not None and most < (condition.leakage.internal_flow or 0.0):
             sentence += f"; the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min"
         elif most is not None:

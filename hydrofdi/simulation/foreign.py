@@ -200,14 +200,14 @@ def _controller(
     steps, due = np.arange(record.n_step), steps_per_control(run)
     references = position_reference(run.input, control.amplitude, record, steps)
     errors = reading_errors(run, steps, noise)
-    column, place = list(plant.inputs).index("input_voltage"), list(plant.outputs).index("piston_position")
+    column, output = list(plant.inputs).index("input_voltage"), list(plant.outputs).index("piston_position")
     drive, shown = plant.variable("input_voltage"), plant.variable("piston_position")
     voltage = integral = previous = 0.0
 
     def sampled(step: int, outputs: NDArray[np.float64]) -> None:
         nonlocal voltage, integral, previous
         if step % due == 0:
-            position = shown.factor * outputs[place] + shown.offset
+            position = shown.factor * outputs[output] + shown.offset
             if control.is_measured:
                 reading = sensor.gain * position + errors[step]  # (m4), then (m5) and (m6)
                 position = converted(reading, sensor.lower_end, sensor.upper_end, sensor.resolution)

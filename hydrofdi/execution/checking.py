@@ -151,7 +151,7 @@ def checked(experiment: ExperimentConfig) -> Check:
             *experiment_warnings(experiment, distinct),
         ]
     unusual = unusual_parameters(experiment)
-    tabled = {each.sentence for each in unusual}
+    tabled = {parameter.sentence for parameter in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
     return Check(
         step=step,
@@ -165,7 +165,7 @@ def checked(experiment: ExperimentConfig) -> Check:
         sampling_frequency=record.sampling_frequency,
         plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows),
         problems=problems,
-        warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
+        warnings=[warning for warning in dict.fromkeys(warnings) if warning not in tabled],
         units=experiment.units,
     )
 
@@ -213,7 +213,7 @@ def _modes_table(check: Check) -> Table:
     columns = {name: [mode[name] for mode in check.modes] for name in check.modes[0]}
     conditions = [*map(shown_values, columns["labels"])]
     if not check.figures:  # an FMU, whose equations are unknown
-        ends = [[f"{convert(end, 'MPa'):.4g}" for end in each] for each in columns["pressure_range"]]
+        ends = [[f"{convert(end, 'MPa'):.4g}" for end in pair] for pair in columns["pressure_range"]]
         return Table((
             Column("conditions", conditions, is_text=True),
             quantity("leakage_coefficient", columns["leakage_coefficient"], "", "coefficient"),
@@ -309,14 +309,14 @@ def plausibility_table(ranges: Sequence[Mapping[str, Any]]) -> Table:
     def text(low: float, high: float, own: str) -> str:
         unit = readable_unit(own, high)
         ends = dict.fromkeys(
-            plain_number(convert(each, unit) if unit != own else each, 3) for each in (low, high)
+            plain_number(convert(end, unit) if unit != own else end, 3) for end in (low, high)
         )
         return f"{' … '.join(ends)} {typeset(unit)}".removesuffix(" 1").rstrip()
 
     columns = {
-        "quantity": [each["quantity"] for each in ranges],
-        "here": [text(each["least"], each["largest"], each["unit"]) for each in ranges],
-        "usual": [text(each["usual"][0], each["usual"][1], each["unit"]) for each in ranges],
+        "quantity": [row["quantity"] for row in ranges],
+        "here": [text(row["least"], row["largest"], row["unit"]) for row in ranges],
+        "usual": [text(row["usual"][0], row["usual"][1], row["unit"]) for row in ranges],
     }
-    notes = (f"{each['quantity']}: {each['change']}" for each in ranges if each["change"])
+    notes = (f"{row['quantity']}: {row['change']}" for row in ranges if row["change"])
     return Table.of(columns, title="Plausibility", notes=tuple(notes))

@@ -91,7 +91,7 @@ def _measured_alike(
 ) -> dict[str, NDArray[Any]]:
     identities = [analysis.identities(job.record_id) for job in jobs]
     columns: dict[str, NDArray[Any]] = {
-        f"{label}{names.ANALYSIS_ID}": np.array([each[label] for each in identities], dtype=object)
+        f"{label}{names.ANALYSIS_ID}": np.array([by_label[label] for by_label in identities], dtype=object)
         for label in analysis.indicators
     }
     batch = _record_batch(jobs, analysis.indicators, period, records).window(analysis.n_discarded)
@@ -223,9 +223,9 @@ def compute_columns(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> C
 def _stored(jobs: Sequence[Job]) -> Columns:
     wanted = set().union(*(needed_signals(job.analysis.indicators) for job in jobs))
     variables = [
-        each
-        for each in names.stored_variables("all")
-        if (each.name in wanted if each.is_signal else each.name not in names.FEATURES)
+        variable
+        for variable in names.stored_variables("all")
+        if (variable.name in wanted if variable.is_signal else variable.name not in names.FEATURES)
     ]
     sizes = {names.TIME: jobs[0].parameters.record.n_sample}
     return gathered([job.stored for job in jobs], variables, sizes)
@@ -382,12 +382,12 @@ class Recorder:
     @property
     def completed(self) -> int:
         """Number of runs that have ended, with or without a result."""
-        return sum(each.n_run for each in self._receipts) + self._n_lost
+        return sum(receipt.n_run for receipt in self._receipts) + self._n_lost
 
     @property
     def shards(self) -> frozenset[str]:
         """Names of the shards that are stored."""
-        return frozenset(each.shard.name for each in self._receipts)
+        return frozenset(receipt.shard.name for receipt in self._receipts)
 
     @property
     def costs(self) -> dict[str, float]:
@@ -395,7 +395,7 @@ class Recorder:
         seconds = Counter[str]()
         for receipt in self._receipts:
             seconds.update(receipt.seconds)
-        n_measured = sum(each.n_run for each in self._receipts)
+        n_measured = sum(receipt.n_run for receipt in self._receipts)
         return {label: total / n_measured for label, total in seconds.items()}
 
 

@@ -118,9 +118,9 @@ def _batch(
     good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
     absent = absent_signals(runs[0].parameters.plant)
     wanted = {
-        each: signal
-        for each, signal in records.SIGNAL_OF_CHANNEL.items()
-        if each in source.channels and signal not in absent
+        channel: signal
+        for channel, signal in records.SIGNAL_OF_CHANNEL.items()
+        if channel in source.channels and signal not in absent
     }
     signals = shown.signals(wanted.values())
     return RecordBatch(

@@ -220,13 +220,13 @@ def leakage_coefficients(
             failures |= {identity: result.failure for identity, _ in result.item}
         on_solved(len(result.item))
     if lost is not None:
-        lost |= {k: failures[each] for k, each in enumerate(identities_of_runs) if each in failures}
+        lost |= {k: failures[own] for k, own in enumerate(identities_of_runs) if own in failures}
     coefficients = [
         known.get(identity, math.nan) if identity else run.parameters.leakage.internal_coefficient or 0.0
         for run, identity in zip(runs, identities_of_runs, strict=True)
     ]
     if required == "all" or (required == "any" and not any(value > 0.0 for value in coefficients)):
-        solved = {identity: each for identity, each in conditions.items() if identity in known}
+        solved = {identity: condition for identity, condition in conditions.items() if identity in known}
         _require_reachable(solved, known, reachable)
     return coefficients
 

@@ -17,7 +17,7 @@ from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
 from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
-from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_values
+from hydrofdi.config.shown_values import ParameterAnswer, modulus_column, shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
@@ -32,7 +32,6 @@ from hydrofdi.quality.machine import (
     step_limits,
     too_long_sentence,
 )
-from hydrofdi.report.runs import modulus_column
 from hydrofdi.settings.messages import K_I_UNIT, counted, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.messages import plain as plain_number
 from hydrofdi.simulation.calibration import leakage_coefficients

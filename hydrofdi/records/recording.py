@@ -59,7 +59,6 @@ class Recording:
     sampling_frequency: float
     start_time: float = 0.0
     relative: frozenset[Channel] = frozenset()
-    normalized: frozenset[Channel] = frozenset()
     remarks: tuple[Issue, ...] = ()
     scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
     units: Mapping[Channel, str] = field(default_factory=dict)

@@ -17,15 +17,7 @@ import numpy as np
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.columns import RejectionError, Table
-from hydrofdi.records.cutting import (
-    cycles_of,
-    find_stroke,
-    normalized,
-    reference_pressure,
-    segment_of,
-    short_stroke,
-    trimmed,
-)
+from hydrofdi.records.cutting import cycles_of, find_stroke, segment_of, short_stroke, trimmed
 from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.description import (
     OF_STREAMS,
@@ -94,7 +86,6 @@ def _batch(
         groups=tuple(record.group for record in records),
         drive_period=drive_period,
         relative=first.relative,
-        normalized=first.normalized,
         remarks=tuple(record.remarks for record in records),
         rejected=tuple(rejected),
         units={channel: frozenset(record.units[channel] for record in records) for channel in first.units},
@@ -185,8 +176,6 @@ class MeasuredSource:
             own = config.actuator.ranges.items()
             ranges = {each: limits for each, limits in own if each not in record.relative} | self._ranges
             record = record.remarked((*found, *defects(record, config.limits, ranges)))
-            if config.normalize != "none":
-                record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
         except RejectionError as rejection:
             return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
         return replace(record, group=group, label=label)

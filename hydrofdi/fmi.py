@@ -427,10 +427,8 @@ class Instance:
     def _free(self) -> None:
         fmu, self._fmu, self._solver = self._fmu, None, None
         if fmu is not None:
-            try:
+            with suppress(Exception):  # what cannot be freed is lost with the process
                 fmu.freeInstance()
-            except Exception:  # what cannot be freed is lost with the process
-                return
 
 
 class _Solver:

@@ -18,6 +18,7 @@ from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.columns import RejectionError, Table
 from hydrofdi.records.cutting import cycles_of, find_stroke, segment_of, short_stroke, trimmed
+from hydrofdi.records.data_sheet import usual_sheet_lines
 from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.description import (
     OF_STREAMS,
@@ -28,7 +29,7 @@ from hydrofdi.records.description import (
     path_pattern,
 )
 from hydrofdi.records.files import open_table
-from hydrofdi.records.proposals import completed, suggested_description
+from hydrofdi.records.proposals import completed, proposed_description
 from hydrofdi.records.recording import Recording, recording_of
 from hydrofdi.records.times import instant
 from hydrofdi.settings.files import Source, read_yaml, validated
@@ -343,7 +344,8 @@ def write_description(path: Path, file: Path, sampling_frequency: float | None =
     """Write what the headers of a measured file, or of a folder of them, state as a description; its text."""
     files = _files_at(path)
     pattern = os.path.relpath(path / f"*{files[0].suffix}" if path.is_dir() else path, file.parent)
-    text = suggested_description(files[0], pattern, sampling_frequency)
+    text = proposed_description(files[0], pattern, sampling_frequency)
+    text = "\n".join([text, *usual_sheet_lines()]) + "\n"
     try:
         with open(file, "x", encoding="utf-8") as out:
             out.write(text)

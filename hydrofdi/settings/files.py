@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Container, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path, PurePath
-from typing import Any, Literal, TypeVar, get_origin
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -226,9 +226,10 @@ def _lines(name: str) -> list[str]:
     return [line for line in lines if not line.startswith(_SCHEMA_LINE)]
 
 
-def schema(
-    kind: Literal["experiment", "measured", "monitor", "fleet", "detector"] = "experiment",
-) -> dict[str, Any]:
+Kind = Literal["experiment", "measured", "monitor", "fleet", "detector"]
+
+
+def schema(kind: Kind = "experiment") -> dict[str, Any]:
     """The JSON Schema of a kind of file, as ``hydrofdi schema`` prints it.
 
     Raises
@@ -242,9 +243,8 @@ def schema(
     >>> hydrofdi.schema("measured")["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    known = ("experiment", "measured", "monitor", "fleet", "detector")
-    if kind not in known:
-        raise ConfigError(f"kind: {brief(kind)} is unknown{nearest(str(kind), known)}")
+    if kind not in get_args(Kind):
+        raise ConfigError(f"kind: {brief(kind)} is unknown{nearest(str(kind), get_args(Kind))}")
     file = ready_folder() / ("schema.json" if kind == "experiment" else f"{kind}-schema.json")
     found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
     return found

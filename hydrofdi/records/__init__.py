@@ -39,13 +39,13 @@ class Channel(StrEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> Channel | None:
-        return next((each for each in cls if each.symbol == value), None)
+        return next((channel for channel in cls if channel.symbol == value), None)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: Any, handler: Callable[[Any], Any]) -> dict[str, Any]:
         schema: dict[str, Any] = handler(core)
         own = handler.resolve_ref_schema(schema)  # type: ignore[attr-defined]
-        own["enum"] = [*(each.value for each in cls), *(each.symbol for each in cls)]
+        own["enum"] = [*(channel.value for channel in cls), *(channel.symbol for channel in cls)]
         return schema
 
     @property

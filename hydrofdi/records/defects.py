@@ -45,7 +45,7 @@ def frozen_time(channels: Mapping[Channel, Array], sampling_frequency: float) ->
     longest = int(np.argmax(np.diff(bounds)))
     frozen = slice(bounds[longest], bounds[longest + 1])
     time = float((frozen.stop - frozen.start) / sampling_frequency)
-    chambers = [channels[each] for each in _CHAMBERS if each in channels]
+    chambers = [channels[chamber] for chamber in _CHAMBERS if chamber in channels]
     pressures = [samples for samples in chambers if np.isfinite(samples).all()]
     if time <= _FROZEN_FOR or not pressures:
         return 0.0
@@ -166,10 +166,10 @@ def _are_steady(
     """Whether the amplitude at each harmonic lasts, shape (n_harmonic,)."""
     n_part = round(_PERIODS_OF_PART * sampling_frequency / mains)
     parts = np.lib.stride_tricks.sliding_window_view(samples, n_part)[:: max(1, n_part // 2)]
-    places = np.minimum(np.rint(harmonics * n_part / sampling_frequency).astype(int), n_part // 2)
+    bins = np.minimum(np.rint(harmonics * n_part / sampling_frequency).astype(int), n_part // 2)
     # some parts at a time, because together they take many times the memory of the samples
     some = np.array_split(parts, max(1, len(parts) // _PARTS_AT_ONCE))
-    spectra = (_spectrum(each - each.mean(axis=1, keepdims=True))[:, places] for each in some)
+    spectra = (_spectrum(part - part.mean(axis=1, keepdims=True))[:, bins] for part in some)
     # The first quartile, not the minimum: clipping may hide the line in some parts.
     low, median = np.quantile(np.concatenate([*spectra]), [0.25, 0.5], axis=0)
     steady: NDArray[np.bool_] = low > _STEADY * median
@@ -233,7 +233,7 @@ def _of_channel(
         return
     frequency = recording.sampling_frequency
     if (stretch := frozen_stretch(channel, recording.channels, frequency)) is not None:
-        begin, end = (recording.start_time + each / frequency for each in (stretch.start, stretch.stop))
+        begin, end = (recording.start_time + index / frequency for index in (stretch.start, stretch.stop))
         text = f"{channel} does not change from {begin:.6g} to {end:.6g} s, but does otherwise"
         yield Issue(text, channel, kind="stuck", is_unusable=True)
         return
@@ -258,7 +258,7 @@ def _out_of_range(
     rounding = 1e-9 * (limits[1] - limits[0])
     outside = float(np.mean((samples < limits[0] - rounding) | (samples > limits[1] + rounding)))
     if outside:
-        low, high = (recording.shown(channel, each) for each in limits)
+        low, high = (recording.shown(channel, limit) for limit in limits)
         text = f"{outside:.2%} of {channel} samples lie outside its range, {low} … {high}"
         yield Issue(text, channel, kind="out_of_range")
 
@@ -299,9 +299,9 @@ _TOLERANCE = 0.01
 
 def differences(recording: Recording, first: Recording) -> Iterator[Issue]:
     """Remarks if the sampling, or a header's unit under a gain, differs from the first record."""
-    found, usual = recording.sampling_frequency, first.sampling_frequency
-    if abs(found / usual - 1.0) > _TOLERANCE:
-        text = f"sampled at {found:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
+    frequency, usual = recording.sampling_frequency, first.sampling_frequency
+    if abs(frequency / usual - 1.0) > _TOLERANCE:
+        text = f"sampled at {frequency:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
         yield Issue(text, kind="sampling_varies")
     for channel, header in recording.scaled_headers.items():
         before = first.scaled_headers.get(channel, header)
@@ -337,7 +337,7 @@ def unusual_sizes(recording: Recording) -> Iterator[Issue]:
         for channel, samples in recording.channels.items()
         if channel not in recording.relative and np.all(np.isfinite(samples))
     }
-    for channel in (each for each in _USUAL if each in channels):
+    for channel in (name for name in _USUAL if name in channels):
         low, high = (parse_quantity(bound, channel.unit) for bound in _USUAL[channel])
         largest = float(np.max(np.abs(channels[channel])))
         if largest > high or (0.0 < largest < low and not channel.is_pressure):

@@ -53,10 +53,10 @@ def known_unit(text: str) -> Unit | None:
 
 def unit_mistake(unit: str, si_unit: str) -> str:
     """What is wrong with the unit of a column; empty if nothing is."""
-    found = None if is_counts(unit) else known_unit(unit)
-    if is_counts(unit) or (found is not None and found.exponents == parse_unit(si_unit).exponents):
+    known = None if is_counts(unit) else known_unit(unit)
+    if is_counts(unit) or (known is not None and known.exponents == parse_unit(si_unit).exponents):
         return ""
-    if found is not None:
+    if known is not None:
         return f"the unit {unit} is not convertible to {si_unit}"
     hint = "give 'gain' and the 'unit' after the gain, or 'unit: counts' if the scale is unknown"
     if similar := similar_units(unit, si_unit):

@@ -45,9 +45,9 @@ class Joining:
             return {**state, "latest": np.full(len(samples), chunk.time[-1])}, chunk
         waiting, latest = state["rows"].tolist(), state["latest"].tolist()
         ready, unread = list[list[float]](), dict[int, str]()
-        for place, row in enumerate(rows.tolist()):
+        for index, row in enumerate(rows.tolist()):
             if not math.isfinite(row[0]):
-                unread |= {len(ready): chunk.unread[place]} if place in chunk.unread else {}
+                unread |= {len(ready): chunk.unread[index]} if index in chunk.unread else {}
                 ready.append(row)
                 continue
             present = [n for n, value in enumerate(row[1:], 1) if not math.isnan(value)]
@@ -67,20 +67,20 @@ class Joining:
             ready, waiting = ready + waiting, []
         time, *columns = np.array(ready).reshape(-1, rows.shape[1]).T.copy()
         held = np.array(waiting).reshape(-1, rows.shape[1])
-        found = Chunk(time, dict(zip(self._channels, columns, strict=True)), unread)
-        return {"rows": held, "latest": np.array(latest)}, found
+        joined = Chunk(time, dict(zip(self._channels, columns, strict=True)), unread)
+        return {"rows": held, "latest": np.array(latest)}, joined
 
     def _fitting(self, waiting: Sequence[list[float]], time: float, present: list[int]) -> list[float] | None:
         """The nearest of the waiting samples that lacks the channels of another one."""
-        place, found = bisect_left(waiting, time - self._tolerance, key=_stamp), list[list[float]]()
-        while place < len(waiting) and waiting[place][0] <= time + self._tolerance:
-            found += [waiting[place]] if all(math.isnan(waiting[place][n]) for n in present) else []
-            place += 1
-        return min(found, key=lambda other: abs(other[0] - time), default=None)
+        index, candidates = bisect_left(waiting, time - self._tolerance, key=_stamp), list[list[float]]()
+        while index < len(waiting) and waiting[index][0] <= time + self._tolerance:
+            candidates += [waiting[index]] if all(math.isnan(waiting[index][n]) for n in present) else []
+            index += 1
+        return min(candidates, key=lambda other: abs(other[0] - time), default=None)
 
-    def _is_ready(self, waiting: Sequence[list[float]], place: int, latest: Sequence[float]) -> bool:
-        time, *values = waiting[place]
-        if waiting[-1][0] - time > _WAIT or len(waiting) - place > _MOST:
+    def _is_ready(self, waiting: Sequence[list[float]], index: int, latest: Sequence[float]) -> bool:
+        time, *values = waiting[index]
+        if waiting[-1][0] - time > _WAIT or len(waiting) - index > _MOST:
             return True
         return all(
             not math.isnan(value) or newest > time + self._tolerance

@@ -117,7 +117,7 @@ class Proposal:
         channels = self.channels()
         for cells in above:
             texts = [split_title(cell.strip())[0] for cell in cells]
-            fits = (n < len(texts) and not unit_mistake(texts[n], each.unit) for each, n in channels.items())
+            fits = (n < len(texts) and not unit_mistake(texts[n], own.unit) for own, n in channels.items())
             if channels and all(fits):
                 yield from ((n, text) for n, text in enumerate(texts) if is_unit(text))
                 break

@@ -31,11 +31,11 @@ _MOST_SAMPLES = 2**28
 
 def _on_grid(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
     """The samples at their places on an even clock; NaN in gaps."""
-    places = np.rint((times - times[0]) * frequency).astype(np.intp)
-    found = {channel: np.full(places[-1] + 1, np.nan) for channel in channels}
+    indices = np.rint((times - times[0]) * frequency).astype(np.intp)
+    gridded = {channel: np.full(indices[-1] + 1, np.nan) for channel in channels}
     for channel, samples in channels.items():
-        found[channel][places] = samples
-    return found
+        gridded[channel][indices] = samples
+    return gridded
 
 
 def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
@@ -170,19 +170,19 @@ def samples_of(table: Table, config: MeasuredConfig) -> Samples:
     if times is not None:
         lengths["time"] = times.size
     if len(set(lengths.values())) > 1:
-        found = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise RejectionError("wrong_length", f"columns have different numbers of samples: {found}")
+        shown = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise RejectionError("wrong_length", f"columns have different numbers of samples: {shown}")
     return Samples(columns, channels, times, since)
 
 
 def _own_times(table: Table, columns: Mapping[Channel, ReadColumn], time: int) -> dict[Channel, int]:
     """Positions of own time columns of channels, if they have other ones than `time`."""
-    clocks, own = table.clocks(time), {channel: each.config.time for channel, each in columns.items()}
-    found = {
-        channel: clocks.get(each.position, time) if (name := own[channel]) is None else table.find(name)
-        for channel, each in columns.items()
+    clocks, own = table.clocks(time), {channel: column.config.time for channel, column in columns.items()}
+    positions = {
+        channel: clocks.get(column.position, time) if (name := own[channel]) is None else table.find(name)
+        for channel, column in columns.items()
     }
-    return {channel: position for channel, position in found.items() if position != time}
+    return {channel: position for channel, position in positions.items() if position != time}
 
 
 def _joined(
@@ -193,7 +193,7 @@ def _joined(
     clocks: Mapping[Channel, int],
 ) -> tuple[Array, dict[Channel, Array]]:
     """Channels at the instants of `time` that all cover, those with own times interpolated linearly."""
-    since, found = table.instants(time.position)[1] if table.is_dated(time.position) else 0.0, dict(channels)
+    since, joined = table.instants(time.position)[1] if table.is_dated(time.position) else 0.0, dict(channels)
     known = np.isfinite(times)
     for channel, position in clocks.items():
         own, first = table.instants(position)
@@ -206,9 +206,9 @@ def _joined(
             raise RejectionError(
                 "time", f"{channel}: its own time {table.titles[position]!r} does not increase"
             )
-        found[channel] = np.interp(times, own[has_both], values[has_both], np.nan, np.nan)
-        known &= ~np.isnan(found[channel])
+        joined[channel] = np.interp(times, own[has_both], values[has_both], np.nan, np.nan)
+        known &= ~np.isnan(joined[channel])
     if not known.any():
         raise RejectionError("time", "the times of the columns do not overlap")
     first, last = int(np.argmax(known)), known.size - int(np.argmax(known[::-1]))
-    return times[first:last], {channel: values[first:last] for channel, values in found.items()}
+    return times[first:last], {channel: values[first:last] for channel, values in joined.items()}

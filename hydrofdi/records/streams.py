@@ -276,7 +276,7 @@ class Chunk:
     def part(self, first: int, stop: int) -> Chunk:
         """The samples from `first` to before `stop`."""
         rows = {channel: row[first:stop] for channel, row in self.channels.items()}
-        unread = {place - first: text for place, text in self.unread.items() if first <= place < stop}
+        unread = {index - first: text for index, text in self.unread.items() if first <= index < stop}
         return Chunk(self.time[first:stop], rows, unread, self.begins_anew and first == 0)
 
     @property
@@ -402,8 +402,8 @@ class CycleWindower(Windower):
         side, is_open = (0, False) if piece.begins_anew else (int(state["side"]), bool(state["is_open"]))
         rows, number = self._rows(state, piece), int(state["number"])
         n_held = rows.shape[1] - piece.n_time
-        places, side = drive_edges(piece.channels[self.drive_channel], self.drive, self.edge, side)
-        firsts = ([0] if is_open else []) + [n_held + int(place) for place in places]
+        edges, side = drive_edges(piece.channels[self.drive_channel], self.drive, self.edge, side)
+        firsts = ([0] if is_open else []) + [n_held + int(edge) for edge in edges]
         spans = [
             (first, min(first + self.n_sample, following))
             for first, following in pairwise([*firsts, rows.shape[1]])

@@ -49,7 +49,7 @@ def measure(rate, n_block):
     process.start()
     channels = {each: ChannelConfig(column=f"ns=1;s={each.symbol}", unit="Pa") for each in CHANNELS}
     address = Address.parse(f"opc.tcp://127.0.0.1:{port}")
-    source = OpcUaSource(address, OpcUaConfig(), channels, rate, first_wait=0.1)
+    source = OpcUaSource(address, OpcUaConfig(), channels, rate)
     source.open({})
     while not source.read(1.0):
         pass

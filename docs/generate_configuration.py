@@ -26,8 +26,7 @@ from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.rules import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig
+from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.records.description import MeasuredConfig
 from hydrofdi.settings.messages import typeset
 from hydrofdi.settings.quantities import Section, field_texts

@@ -17,8 +17,7 @@ from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.study import WatchedChart
 from hydrofdi.detectors.charts import ChartOptions
 from hydrofdi.detectors.rules import chart_kind, chart_names
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig
+from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.records.description import MeasuredConfig, SamplesConfig
 from hydrofdi.settings.messages import readable_unit, typeset
 from hydrofdi.settings.quantities import SI, field_texts

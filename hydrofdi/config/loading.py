@@ -16,7 +16,7 @@ from hydrofdi.config.normalizing import normalize
 from hydrofdi.config.request import RunRequest, full_name, meant, parameter_names, parameter_unit
 from hydrofdi.config.study import WatchedChart
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
+from hydrofdi.detectors.rules import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.plugins import load_plugins

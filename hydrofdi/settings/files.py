@@ -133,6 +133,13 @@ def _construct_mapping(node: Any, path: Keys, file: str, source: Source) -> dict
     return mapping
 
 
+def yaml_text(content: Mapping[str, Any]) -> str:
+    """Plain data as YAML, in its order."""
+    import yaml
+
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
+
+
 def scalar(text: str) -> Any:
     """An unquoted YAML 1.2 scalar as None, bool, int, float or str."""
     if text in _SPECIAL:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.starting import sheet_text
 from hydrofdi.config import load_experiment
 from hydrofdi.config.data_sheet import CylinderSheet
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
+from hydrofdi.config.sheet_file import sheet_text
 from hydrofdi.config.sweep import quantiles
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.steady_state import steady_speed

@@ -15,8 +15,7 @@ from hydrofdi.config.sections.machine import FluidConfig
 from hydrofdi.config.study import OnlineConfig
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.registry import describe
-from hydrofdi.monitor.configuration import MqttConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig
+from hydrofdi.monitor.configuration import FleetConfig, MqttConfig
 from hydrofdi.records.description import MeasuredConfig
 from hydrofdi.settings.files import ready_names
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import ConfigDict, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.fmi import Model, Variable, digest_of, read_model
+from hydrofdi.fmi.fmu import Model, Variable, digest_of, read_model
 from hydrofdi.records import Channel
 from hydrofdi.settings.files import located
 from hydrofdi.settings.messages import nearest

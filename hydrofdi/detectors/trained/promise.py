@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.detectors.trained.file import LIKE, DetectorFile
-from hydrofdi.detectors.trained.measuring import Leak
-from hydrofdi.detectors.trained.verdicts import coverage
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.detectors.trained.verdicts import Leak, coverage
+from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants
 from hydrofdi.settings.messages import (

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrofdi.records import INFERRED_SAMPLING, Array, Channel, RecordBatch
-from hydrofdi.records.cutting import found_period
+from hydrofdi.records.recording import found_period
 from hydrofdi.settings.messages import readable_unit
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Table, plain

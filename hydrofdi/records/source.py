@@ -17,7 +17,6 @@ import numpy as np
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.columns import RejectionError, Table
-from hydrofdi.records.cutting import cycles_of, find_stroke, segment_of, short_stroke, trimmed
 from hydrofdi.records.data_sheet import usual_sheet_lines
 from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.description import (
@@ -30,7 +29,15 @@ from hydrofdi.records.description import (
 )
 from hydrofdi.records.files import open_table
 from hydrofdi.records.proposals import completed, proposed_description
-from hydrofdi.records.recording import Recording, recording_of
+from hydrofdi.records.recording import (
+    Recording,
+    cycles_of,
+    find_stroke,
+    recording_of,
+    segment_of,
+    short_stroke,
+    trimmed,
+)
 from hydrofdi.records.times import instant
 from hydrofdi.settings.files import Source, read_yaml, validated
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
 from hydrofdi.records import Array, Channel
-from hydrofdi.records.cutting import Direction, drive_edges
 from hydrofdi.records.defects import frozen_time, must_change
+from hydrofdi.records.recording import Direction, drive_edges
 from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings.messages import counted
 

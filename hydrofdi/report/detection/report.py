@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.detectors.run_lengths import Delay
-from hydrofdi.detectors.scores.contract import has_extra
 from hydrofdi.evaluation.scores import Population
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.record import design_record
@@ -103,11 +102,11 @@ class DetectionReport:
         after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
-        found = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
+        best = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing),
             *(doubts_blocks(data) if data else ()),
-            *answers(found, self._training),
+            *answers(best, self._training),
             populations.populations_block(first, data.experiment if data else None),
             answer.ranking_block(first),
             answer.false_alarms_block(first),
@@ -171,9 +170,10 @@ class DetectionReport:
 
 def _with_extra(data: ExperimentData) -> ExperimentData:
     """The same with the version of scikit-learn, where scores were made with it for this report."""
-    if not (asks_for_extra(data.experiment.detection) and has_extra()):
-        return data
-    return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
+    if asks_for_extra(data.experiment.detection):
+        with suppress(PackageNotFoundError):
+            return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
+    return data
 
 
 _CHARTS = (
@@ -261,19 +261,18 @@ def _lead(chart: ChartJudgement) -> dict[str, Any]:
 
 
 def _alarm_record(chart: ChartJudgement, population: Population) -> dict[str, Any]:
-    found, keeps = chart.false_alarms[population], chart.keeps(population)
+    limit, keeps = chart.false_alarms[population], chart.keeps(population)
     return {
-        "alarms": found.n_alarm,
-        "hours": convert(found.duration, "h"),
-        "between_alarms_h": finite(convert(found.mean_time, "h")),
-        "between_alarms_low_h": finite(convert(found.low, "h")),
-        "between_alarms_high_h": finite(convert(found.high, "h")),
+        "alarms": limit.n_alarm,
+        "hours": convert(limit.duration, "h"),
+        **_interval("between_alarms", "h", limit.mean_time, limit.low, limit.high),
         "keeps_false_alarm_rate": None if keeps is None else int(keeps),
     }
 
 
 def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
-    unit = severity_unit(detection)
+    unit, median, late = severity_unit(detection), delay.median, delay.late
+    name = f"delay_{100.0 * detection.rules.probability:g}_percent"
     return {
         unit.key: unit.value(delay.population.severity),
         "true_mean_flow_after_onset_L_per_min": finite(convert(delay.flow, "L/min")),
@@ -281,15 +280,15 @@ def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
         "n": delay.n,
         "false_alarms_before_onset": delay.n_early,
         "not_measurable": delay.not_measurable,
-        **_quantile("delay_median", delay.median),
-        **_quantile(f"delay_{100.0 * detection.rules.probability:g}_percent", delay.late),
+        **_interval("delay_median", "s", median.value, median.low, median.high),
+        **_interval(name, "s", late.value, late.low, late.high),
     }
 
 
-def _quantile(name: str, delay: Delay) -> dict[str, float | None]:
-    """In s; None if records end before."""
-    ends = {f"{name}_s": delay.value, f"{name}_low_s": delay.low, f"{name}_high_s": delay.high}
-    return {key: finite(value) for key, value in ends.items()}
+def _interval(name: str, unit: str, value: float, low: float, high: float) -> dict[str, float | None]:
+    """A time with its interval in a unit; None if there was no alarm in the records."""
+    ends = {f"{name}_{unit}": value, f"{name}_low_{unit}": low, f"{name}_high_{unit}": high}
+    return {key: finite(convert(end, unit)) for key, end in ends.items()}
 
 
 _ORDER = (

@@ -361,11 +361,11 @@ def _rows_table(table: runs.RunTable, *columns: Column) -> Table:
     mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: runs.hole_or(f, f"{f:.1f}"))
     lead = [*runs.lead_columns(table), mode]
     doubts = [doubts_of(verdict) for verdict in table.verdicts]
-    found = {doubt.word for own in doubts for doubt in own}
-    if not found:
+    given = {doubt.word for own in doubts for doubt in own}
+    if not given:
         return Table((*lead, *columns), n_lead=len(lead))
     marks = Column("Verdict", [" ".join(doubt.mark for doubt in own) for own in doubts], is_text=True)
-    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in found)
+    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in given)
     return Table((*lead, *columns, marks), notes=(f"Verdict: {words}.",), n_lead=len(lead))
 
 

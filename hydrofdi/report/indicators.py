@@ -206,9 +206,9 @@ def output_columns(study: MeasuredIndicator, rows: NDArray[np.int64]) -> dict[st
     for output in study.outputs:
         name, unit, data = output.variable, output.output.unit, output.data
         shown = "" if unit == "1" else f" [{unit}]"
-        for place in np.ndindex(output.values.shape[1:]):
-            index = "".join(f"[{part}]" for part in place)
-            columns[f"{name}{index}{shown}"] = output.values[(rows, *place)]
+        for index in np.ndindex(output.values.shape[1:]):
+            suffix = "".join(f"[{part}]" for part in index)
+            columns[f"{name}{suffix}{shown}"] = output.values[(rows, *index)]
         for kind, baseline in data.baselines.items():
             healthy, change = of_healthy(output.means, baseline), f"{name} change_{kind}"
             columns[f"{change} [%]"] = relative_change(healthy, output.means)[rows]

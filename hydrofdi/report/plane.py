@@ -123,14 +123,14 @@ def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
 
 def _places(axis: Axis) -> tuple[NDArray[np.intp], list[Any]]:
     """Number of the value of each run, −1 for none, and all values in order."""
-    places = np.full(len(axis.groups[0].rows), -1)
+    index = np.full(len(axis.groups[0].rows), -1)
     if axis.numbers is None:
         for number, group in enumerate(axis.groups):
-            places[group.rows] = number
-        return places, [group.value for group in axis.groups]
+            index[group.rows] = number
+        return index, [group.value for group in axis.groups]
     known = np.isfinite(axis.numbers)
-    values, places[known] = np.unique(axis.numbers[known], return_inverse=True)
-    return places, values.tolist()
+    values, index[known] = np.unique(axis.numbers[known], return_inverse=True)
+    return index, values.tolist()
 
 
 def _baseline(
@@ -139,16 +139,16 @@ def _baseline(
     row, *others = np.unique(data.fixed_baseline[inside]).tolist()
     if row == names.NO_BASELINE or others:
         return None
-    found = []
+    position = []
     for name, own in values.items():
         is_leakage = name in INTERNAL_LEAKAGE_FORMS
         value = data.leakage_requests[row] if is_leakage else data.values(name)[row]
         is_number = all(isinstance(each, int | float) for each in (value, *own))
         if value in own:
-            found.append(float(own.index(value)))
+            position.append(float(own.index(value)))
         elif is_number and own[0] < value < own[-1]:
-            found.append(float(np.interp(value, own, np.arange(len(own)))))
-    return (found[0], found[1]) if len(found) == len(values) else None
+            position.append(float(np.interp(value, own, np.arange(len(own)))))
+    return (position[0], position[1]) if len(position) == len(values) else None
 
 
 def matrix_block(plane: Plane) -> Block:

@@ -63,8 +63,8 @@ def external_view(table: RunTable) -> View:
         }
         for index, (chambers, rows) in enumerate(states.items())
     ]
-    places = [" and ".join(map(str, chambers)) or "none" for chambers in states]
-    columns = [Column("Out of chamber", places, is_text=True), Column("Runs", [*map(sum, states.values())])]
+    titles = [" and ".join(map(str, chambers)) or "none" for chambers in states]
+    columns = [Column("Out of chamber", titles, is_text=True), Column("Runs", [*map(sum, states.values())])]
     for name, own in spans.items():
         apart = [math.nan, *gaps[name][1:]]
         strong = [k for k, gap in enumerate(apart) if gap > 0.0]

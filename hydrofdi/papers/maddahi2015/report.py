@@ -299,13 +299,13 @@ def _deviation(table: RunTable, cell: ReferenceCell, general: float) -> dict[str
 def reference_block(study: StudyReport) -> Block:
     """Published values beside the computed ones, or the sentence that there are none."""
     reference, title = study.data.experiment.reference, "Published values"
-    found = deviations(study.table, reference)
-    if not found:
+    cells = deviations(study.table, reference)
+    if not cells:
         return Block("reference", title, (NONE_GIVEN,))
-    agrees = [each["agrees"] for each in found]
+    agrees = [each["agrees"] for each in cells]
     n_compared = counted(len(agrees) - agrees.count(None), "published value")
     source = f"; source: {reference.source}" if reference.source else ""
     said = f"Within the tolerance: {agrees.count(True)} of {n_compared}{source}."
     note = "Deviation and tolerance: percentage points of δ; percent of a published RMS. –: no such run."
-    table = Table.of_records(found, title="Computed and published", key="reference", notes=(note,))
+    table = Table.of_records(cells, title="Computed and published", key="reference", notes=(note,))
     return Block("reference", title, (said,), (table,))

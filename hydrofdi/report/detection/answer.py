@@ -50,7 +50,7 @@ def _answer_table(detection: Detection) -> Table:
         Column("Score", [each.scored.name + KEEPING[each.keeps_its_rate] for each in shown], is_text=True),
         Column(
             f"{unit.quantity.capitalize()}{unit.bracket}",
-            found := list(map(unit.found, bounds)),
+            sizes := list(map(unit.found, bounds)),
         ),
         *([Column(f"At 8 MPa{unit.bracket}", [unit.found(each, unit.per_mean_flow) for each in bounds])]
           if has_both else []),
@@ -64,7 +64,7 @@ def _answer_table(detection: Detection) -> Table:
         "!": "more false alarms than set",
         "?": "too few records to tell its false alarms",
     }
-    texts = "".join([*found, *(KEEPING[each.keeps_its_rate] for each in shown)])
+    texts = "".join([*sizes, *(KEEPING[each.keeps_its_rate] for each in shown)])
     note = ["Alarms: of healthy records", *(f"{sign} {signs[sign]}" for sign in signs if sign in texts)]
     return Table(columns, key="best", notes=("; ".join(note) + ".",))
 
@@ -272,16 +272,16 @@ def levels_block(detection: Detection) -> Block | None:
     shown = [each for each in wording.foremost(detection, _MOST_LEVELS) if each.threshold is not None]
     columns = [_names(shown)]
     for level in levels:
-        found = [(each, own.detected if (own := wording.level_of(each, level)) else None) for each in shown]
+        rates = [(each, own.detected if (own := wording.level_of(each, level)) else None) for each in shown]
         texts = [
             HOLE
             if rate is None or not rate.total
             else f"{rate.count} of {rate.total}"
             if level in each.counted
             else wording.percent(rate.value)
-            for each, rate in found
+            for each, rate in rates
         ]
-        is_strong = (bool(rate and rate.value >= least and level not in each.counted) for each, rate in found)
+        is_strong = (bool(rate and rate.value >= least and level not in each.counted) for each, rate in rates)
         columns.append(Column(f"{unit.value(level.severity):.3g}", texts, strong=_places(is_strong)))
     title = f"Detected [%] at each {unit.quantity}{unit.bracket}"
     note = f"Bold (in plain text *): {100.0 * least:g} % or more. All scores are in JSON and CSV."

@@ -72,13 +72,13 @@ class EvaluationAnswer:
         """
         unit = severity_unit(self.detection)
         by_name = {each.scored.name: each for each in self.detection.judgements}
-        found = f"q90_95{unit.suffix}"
+        bound = f"q90_95{unit.suffix}"
         titles = {
             "indicator": "score",
             "population": "population",
             "alarms": "alarms",
             "auc": "AUC",
-            found: f"q90/95{unit.bracket}",
+            bound: f"q90/95{unit.bracket}",
             "not_measurable": "without a number",
         }
 
@@ -94,7 +94,7 @@ class EvaluationAnswer:
                 return f"{min(areas):.2f} … {max(areas):.2f}"
             if name == "auc" and line["auc"] is not None:
                 return _area_text(line["auc"], line["auc_low"], line["auc_high"])
-            if name == found and line["kind"] == Kind.FAULT:
+            if name == bound and line["kind"] == Kind.FAULT:
                 return unit.found(judgement.smallest.get("q90_95")).removesuffix(FROM_LEVELS)
             return str(line[name]) if name in ("population", "not_measurable") and line[name] else HOLE
 

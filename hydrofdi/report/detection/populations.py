@@ -129,8 +129,8 @@ def why_block(detection: Detection) -> Block | None:
     """Which nuisance moves which score, the best with each set of sensors; None without records for it."""
     best = wording.best_with_sensors(detection).values()
     chosen = wording.distinct(*best, *wording.wavelet_rules(detection), *detection.judgements[:1])[:_MOST]
-    found = {each.scored.name: nuisances(detection, each.scored.name) for each in chosen}
-    shown, unit = {name: own for name, (own, _) in found.items() if own}, wording.severity_unit(detection)
+    by_score = {each.scored.name: nuisances(detection, each.scored.name) for each in chosen}
+    shown, unit = {name: own for name, (own, _) in by_score.items() if own}, wording.severity_unit(detection)
     if not shown:
         return None
 
@@ -161,7 +161,7 @@ def why_block(detection: Detection) -> Block | None:
     heads = ("Score", "Nuisance", "Alone [%]", f"Looks like{unit.bracket}")
     columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
     table = Table.of(columns, key="nuisances", n_lead=2, breaks=group_breaks([name for name, *_ in rows]))
-    refused = dict.fromkeys(refusal for _, refusals in found.values() for refusal in refusals)
+    refused = dict.fromkeys(refusal for _, refusals in by_score.values() for refusal in refusals)
     said = (_WHY, *(f"Not stated for some: {refusal}." for refusal in refused))
     return Block("why", "Why: what moves healthy scores", said, (table,))
 

@@ -186,8 +186,8 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     rows = [_columns(detection) for detection in detections]
     columns = [Column("Design", [_label(detections, each) for each in detections], is_text=True)]
     for name in [*dict.fromkeys(name for row in rows for name in row)][:_MOST]:
-        found = [each.smallest.get("q90_95") if (each := row.get(name)) else None for row in rows]
-        columns.append(Column(name, [*map(unit.found, found)]))
+        bounds = [each.smallest.get("q90_95") if (each := row.get(name)) else None for row in rows]
+        columns.append(Column(name, [*map(unit.found, bounds)]))
     table = Table(tuple(columns), title, "designs", breaks=(1,))
     return Block("designs", "Comparison of designs", (sentence,), (table,))
 
@@ -210,6 +210,6 @@ def _label(detections: Sequence[Detection], detection: Detection) -> str:
 
 def _found(judgement: Judgement, name: str, unit: wording.SeverityUnit) -> tuple[Any, ...]:
     """A severity that is found, on which side of the tested ones it lies, and what it is from."""
-    found = judgement.smallest.get(name)
-    value = None if found is None or found.value is None else unit.value(found.value)
-    return value, found and found.place, found and found.source
+    bound = judgement.smallest.get(name)
+    value = None if bound is None or bound.value is None else unit.value(bound.value)
+    return value, bound and bound.place, bound and bound.source

@@ -223,8 +223,8 @@ def chosen_levels(detection: Detection, most: int = 3) -> tuple[Population, ...]
     levels = detection.records.chosen(Kind.FAULT, is_fit=False)
     if len(levels) <= most:
         return levels
-    places = [round((index + 1) * (len(levels) - 1) / (most + 1)) for index in range(most)]
-    return tuple(levels[place] for place in dict.fromkeys(places))
+    positions = [round((index + 1) * (len(levels) - 1) / (most + 1)) for index in range(most)]
+    return tuple(levels[position] for position in dict.fromkeys(positions))
 
 
 def level_of(judgement: Judgement, population: Population) -> Level | None:

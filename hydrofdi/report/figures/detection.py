@@ -51,8 +51,8 @@ def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, 
 
     The largest set of the study comes first; all beyond seven have the last mark.
     """
-    found = {sensors(each): len(each.scored.channels) for each in detection.judgements}
-    ordered = sorted(found, key=lambda name: (-found[name], name))
+    sizes = {sensors(each): len(each.scored.channels) for each in detection.judgements}
+    ordered = sorted(sizes, key=lambda name: (-sizes[name], name))
     last = len(COLORS) - 1
     return {
         name: {"color": COLORS[min(index, last)], "marker": MARKERS[min(index, last)]}
@@ -206,8 +206,8 @@ def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: s
     healthy = [rates[population] for population in rates if population.kind is Kind.HEALTHY]
     if stated is None or stated.detected is None or not stated.detected.total or not healthy:
         return
-    place = np.clip([healthy[0].value, stated.detected.value], _LEAST, 1.0 - _LEAST)
-    axis.plot(*place, marker="o", markersize=4, color=color, clip_on=False)
+    point = np.clip([healthy[0].value, stated.detected.value], _LEAST, 1.0 - _LEAST)
+    axis.plot(*point, marker="o", markersize=4, color=color, clip_on=False)
 
 
 def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, Any]]:
@@ -270,13 +270,13 @@ def _draw_levels(axis: Any, judgement: Judgement, unit: SeverityUnit, mark: dict
     for level in judgement.levels:
         rate = level.detected
         if rate is not None and rate.total:
-            place = unit.value(level.severity if level.severity > 0.0 else level.population.severity)
+            severity = unit.value(level.severity if level.severity > 0.0 else level.population.severity)
             spread = [[100.0 * (rate.value - rate.low)], [100.0 * (rate.high - rate.value)]]
             style = {"fmt": mark["marker"], "markersize": 3.5, "elinewidth": 0.7, "color": mark["color"]}
-            axis.errorbar(place, 100.0 * rate.value, spread, **style)
-    found = judgement.smallest.get("q90_95")
-    if found is not None and found.value is not None:
-        axis.axvline(unit.value(found.value), color=mark["color"], linewidth=1.2)
+            axis.errorbar(severity, 100.0 * rate.value, spread, **style)
+    bound = judgement.smallest.get("q90_95")
+    if bound is not None and bound.value is not None:
+        axis.axvline(unit.value(bound.value), color=mark["color"], linewidth=1.2)
 
 
 def _draw_fitted(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str) -> None:

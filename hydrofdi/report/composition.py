@@ -256,7 +256,7 @@ class Report:
         if not self.has_baseline:
             record["delta_not_known"] = self.no_changes
         if self.indicators:
-            record["indicators"] = [indicator_record(each) for each in self.indicators]
+            record["indicators"] = [indicator_record(indicator) for indicator in self.indicators]
         return record
 
     def _row_records(self) -> list[dict[str, Any]]:
@@ -335,7 +335,7 @@ class Report:
         if self.has_results and self.plane:
             caption = "Heat maps over the two parameters that matter most"
             figures["sensitivity"] = FigureKind(caption, partial(draw_sensitivity, self.plane))
-        if self.has_results and any(each.responses for each in self.responses.axes):
+        if self.has_results and any(axis.responses for axis in self.responses.axes):
             caption = (
                 "Each feature over each parameter that varies: median and range of the runs with each value"
             )

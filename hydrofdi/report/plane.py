@@ -78,7 +78,7 @@ class Plane:
         """The feature whose medians have the widest range; of features that are no changes, the first."""
         if not self.features[0].is_change:
             return self.features[0]
-        changes = [each for each in self.features if each.is_change]
+        changes = [feature for feature in self.features if feature.is_change]
         # Zero belongs to the range: the baseline itself need not be in the grid.
         ranges = [np.ptp(np.append(0.0, values[np.isfinite(values)])) for values in map(self.matrix, changes)]
         return changes[int(np.argmax(comparable(np.array(ranges))))]
@@ -94,7 +94,7 @@ class Plane:
 def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
     """The grid of an experiment over the two parameters that move its features most; None if it has none."""
     responding = [axis for axis in study.axes if axis.responses]
-    axes = sorted(responding, key=lambda axis: -max(each.reach for each in axis.responses))
+    axes = sorted(responding, key=lambda axis: -max(response.reach for response in axis.responses))
     for pair in combinations(axes, 2):
         rows, columns = sorted(
             pair, key=lambda axis: (not axis.name.startswith("leakage."), axes.index(axis))

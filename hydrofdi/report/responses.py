@@ -163,7 +163,7 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
             rows = kept.copy()
             rows[kept] = members
             groups.append(Group(None, f"{text(low)} … {text(high)}", rows))
-    return Axis(name, header, tuple(each for each in groups if each.rows.any()), numbers, text)
+    return Axis(name, header, tuple(group for group in groups if group.rows.any()), numbers, text)
 
 
 @dataclass(frozen=True)
@@ -362,9 +362,9 @@ def responses_block(study: ResponseStudy) -> Block | None:
 
 
 def _axis_table(axis: Axis) -> Table:
-    features = [each.feature for each in axis.responses]
+    features = [response.feature for response in axis.responses]
     against = f"; δ against {AGAINST[axis.against]}" if axis.against else ""
-    columns = [Column("Feature", ["runs", *(each.header for each in features)], is_text=True)]
+    columns = [Column("Feature", ["runs", *(feature.header for feature in features)], is_text=True)]
     for index, group in enumerate(axis.groups):
         over = [response.over[index] for response in axis.responses]
         known, count = max(each.n_run for each in over), int(group.rows.sum())

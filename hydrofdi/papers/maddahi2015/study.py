@@ -435,12 +435,12 @@ class StudyData(Report):
     @cached_property
     def claim_outcomes(self) -> list[Outcome]:
         """How claims stand over the start phases, in each way to look at the records."""
-        return [each.claim(claim.id, self.looked_at) for each in self.standings for claim in CLAIMS]
+        return [standing.claim(claim.id, self.looked_at) for standing in self.standings for claim in CLAIMS]
 
     @cached_property
     def alarm_outcomes(self) -> list[Outcome]:
         """How the alarms on the sealed actuator stand over the start phases."""
-        return [outcome for each in self.standings for outcome in sealed_outcomes(self.sealed, each)]
+        return [outcome for standing in self.standings for outcome in sealed_outcomes(self.sealed, standing)]
 
 
 def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:

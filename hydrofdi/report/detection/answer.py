@@ -80,8 +80,8 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
         f"{sizes[Kind.HEALTHY, True]:,} healthy records set the thresholds; {joined(testing) or 'no'} records"
         " test them."
     )
-    n_kept = sum(each.keeps_its_rate is True for each in judgements)
-    n_open = sum(each.keeps_its_rate is None for each in judgements)
+    n_kept = sum(judgement.keeps_its_rate is True for judgement in judgements)
+    n_open = sum(judgement.keeps_its_rate is None for judgement in judgements)
     undecided = f"; {n_open} are undecided, as too few records test them" if n_open else ""
     yield f"{n_kept} of {counted(len(judgements), 'score')} kept to the false-alarm rate{undecided}."
     of_all = judgements[0].smallest.get("q90_95_of_all") if judgements else None
@@ -172,8 +172,8 @@ def ranking_block(detection: Detection) -> Block:
         detection.judgements,
         wording.chosen_levels(detection, 1),
     )
-    areas = [[wording.level_of(each, level) for each in judgements] for level in levels]
-    costs = [each.scored.cost for each in judgements]
+    areas = [[wording.level_of(judgement, level) for judgement in judgements] for level in levels]
+    costs = [judgement.scored.cost for judgement in judgements]
     columns = (
         Column(
             "Score",
@@ -184,15 +184,15 @@ def ranking_block(detection: Detection) -> Block:
         *(
             Column(
                 f"{title}{unit.bracket}",
-                [unit.found(each.smallest.get(name)) for each in judgements],
-                strong=_places(each.scored.name in detection.pareto for each in judgements)
+                [unit.found(judgement.smallest.get(name)) for judgement in judgements],
+                strong=_places(judgement.scored.name in detection.pareto for judgement in judgements)
                 if name == "q90_95"
                 else (),
             )
             for name, title in (("q90_95", "q90/95"), ("q90", "q90"), ("q50", "q50"))
         ),
         *(
-            Column("False alarms [%]", [wording.rate_text(each, population) for each in judgements])
+            Column("False alarms [%]", [wording.rate_text(judgement, population) for judgement in judgements])
             for population in wording.tested(detection, Kind.HEALTHY)[:1]
         ),
         *(

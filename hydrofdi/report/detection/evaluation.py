@@ -32,12 +32,12 @@ class EvaluationAnswer:
     @property
     def conclusion(self) -> str:
         """Comparison of healthy groups over all scores; empty if there are fewer than two and a fault."""
-        judgements = [each for each in self.detection.judgements if each.levels]
-        known = [each.stands_clear for each in judgements if each.stands_clear is not None]
+        judgements = [judgement for judgement in self.detection.judgements if judgement.levels]
+        known = [judgement.stands_clear for judgement in judgements if judgement.stands_clear is not None]
         n_not, n_score = known.count(False), len(known)
         if not judgements:
             return "no record is labelled faulty, so no detection can be stated"
-        if not n_score and not any(each.healthy_pairs for each in self.detection.judgements):
+        if not n_score and not any(judgement.healthy_pairs for judgement in self.detection.judgements):
             return ""
         if not n_score:
             few = f"fewer than two healthy groups have {LEAST_OF_GROUP} records"
@@ -58,7 +58,7 @@ class EvaluationAnswer:
     @property
     def best(self) -> str:
         """Name of the best score; empty if no indicator gave a number."""
-        return next((each.scored.name for each in self.detection.judgements), "")
+        return next((judgement.scored.name for judgement in self.detection.judgements), "")
 
     @cached_property
     def table(self) -> Table:
@@ -71,7 +71,7 @@ class EvaluationAnswer:
         times in ten; and how many records are ``not_measurable``.
         """
         unit = severity_unit(self.detection)
-        by_name = {each.scored.name: each for each in self.detection.judgements}
+        by_name = {judgement.scored.name: judgement for judgement in self.detection.judgements}
         bound = f"q90_95{unit.suffix}"
         titles = {
             "indicator": "score",
@@ -119,7 +119,7 @@ class EvaluationAnswer:
         pairs.sort(key=lambda pair: -abs(comparable(pair.area.value - 0.5)))
         has_alarms = any(pair.rate is not None for pair in pairs)
         if not has_alarms:
-            pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
+            pairs = [pair for pair in pairs if (pair.area.value, pair.fit_group) > (0.5, pair.test_group)]
         titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
         areas, rates = [pair.area for pair in pairs], [pair.rate for pair in pairs]
         texts = [_area_text(area.value, area.low, area.high) for area in areas]

@@ -59,7 +59,7 @@ def populations_block(detection: Detection, experiment: ExperimentConfig | None)
 def _populations_table(detection: Detection, study: StudyConfig | None) -> Table:
     unit, records = wording.severity_unit(detection), detection.records
     changes = {**study.shifts, **study.confusions} if study else {}
-    shown = [each for each in records.populations if each.kind is not Kind.ALONE]
+    shown = [population for population in records.populations if population.kind is not Kind.ALONE]
     rows: list[tuple[Any, ...]] = []
     for each in shown:
         severity = records.severity[records.rows(each)]
@@ -121,7 +121,7 @@ _GAP = "\N{NO-BREAK SPACE}"
 @lru_cache(maxsize=1024)
 def nuisances(detection: Detection, score: str) -> tuple[list[Nuisance], list[str]]:
     """The nuisances of a score by its name, and what is refused; empty without records for them."""
-    (scored,) = (each.scored for each in detection.judgements if each.scored.name == score)
+    (scored,) = (judgement.scored for judgement in detection.judgements if judgement.scored.name == score)
     return nuisances_of(detection.records, scored, confidence=detection.rules.confidence)
 
 

@@ -184,7 +184,7 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     )
     title = f"q{100.0 * rules.probability:g}/{100.0 * rules.confidence:g}{unit.bracket}"
     rows = [_columns(detection) for detection in detections]
-    columns = [Column("Design", [_label(detections, each) for each in detections], is_text=True)]
+    columns = [Column("Design", [_label(detections, detection) for detection in detections], is_text=True)]
     for name in [*dict.fromkeys(name for row in rows for name in row)][:_MOST]:
         bounds = [each.smallest.get("q90_95") if (each := row.get(name)) else None for row in rows]
         columns.append(Column(name, [*map(unit.found, bounds)]))

@@ -132,7 +132,7 @@ class DetectionReport:
             "detection": [one for each in self.detections for one in record.detection_records(each)],
             "estimates": [row for each in self.estimates for row in each.rows],
             "run_lengths": run_length_records(self.detections),
-            "studies": [record.study_record(each) for each in self.detections],
+            "studies": [record.study_record(detection) for detection in self.detections],
         }
 
     def wide(self) -> dict[str, list[Any]]:
@@ -306,7 +306,7 @@ def estimates_block(estimates: Estimates) -> Block | None:
         f" stated (root mean square). Covered: share of the records whose stated {level} interval contains"
         f" the truth, with its {level} interval.{_left_out(estimates)}"
     )
-    breaks = group_breaks([(each["indicator"], each["quantity"]) for each in rows])
+    breaks = group_breaks([(row["indicator"], row["quantity"]) for row in rows])
     title = "Estimates against the truth"
     table = Table.of_records(rows, title=title, key="estimates", notes=(note,), breaks=breaks)
     return Block("estimates", "Estimates", (_ORDER,), (table,))

@@ -51,7 +51,7 @@ def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, 
 
     The largest set of the study comes first; all beyond seven have the last mark.
     """
-    sizes = {sensors(each): len(each.scored.channels) for each in detection.judgements}
+    sizes = {sensors(judgement): len(judgement.scored.channels) for judgement in detection.judgements}
     ordered = sorted(sizes, key=lambda name: (-sizes[name], name))
     last = len(COLORS) - 1
     return {
@@ -105,7 +105,7 @@ def draw_densities(detection: Detection) -> Any:
     for axis, judgement in zip(axes, shown, strict=True):
         _draw_densities(axis, detection, judgement, populations)
     rows = range(len(populations))
-    axes[0].set_yticks(rows, [_label(each) for each in populations], fontsize=8)
+    axes[0].set_yticks(rows, [_label(population) for population in populations], fontsize=8)
     axes[0].set_ylim(len(populations) - 0.8, -1.1)
     return figure
 
@@ -114,13 +114,13 @@ def _populations(detection: Detection) -> tuple[Population, ...]:
     """Healthy, shifted and confused ones, and some of the leaking ones."""
     sound, chosen = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION), chosen_levels(detection, _MOST_LEVELS)
     populations = detection.records.populations
-    return tuple(each for each in populations if each.kind in sound or each in chosen)
+    return tuple(population for population in populations if population.kind in sound or population in chosen)
 
 
 def _draw_densities(
     axis: Any, detection: Detection, judgement: Judgement, populations: tuple[Population, ...]
 ) -> None:
-    scores = [judgement.scored.values[detection.records.rows(each)] for each in populations]
+    scores = [judgement.scored.values[detection.records.rows(population)] for population in populations]
     scores = [own[np.isfinite(own)] for own in scores]
     healthy = [own for own, each in zip(scores, populations, strict=True) if each.kind is Kind.HEALTHY]
     ends = () if judgement.threshold is None else (judgement.threshold.low, judgement.threshold.high)

@@ -29,12 +29,12 @@ _DECADES = 30.0
 
 def draw_responses(study: ResponseStudy) -> Figure:
     """A row for each feature, a column for each parameter."""
-    responding = [each for each in study.axes if each.responses]
+    responding = [axis for axis in study.axes if axis.responses]
     axes = sorted(
         _largest(responding, [max(one.reach for one in each.responses) for each in responding], _MOST_AXES),
         key=responding.index,
     )
-    every = [one for each in axes for one in each.responses]
+    every = [one for axis in axes for one in axis.responses]
     names = list(dict.fromkeys(one.feature.header for one in every))
     moved = [max(one.reach for one in every if one.feature.header == name) for name in names]
     shown = sorted(_largest(names, moved, _MOST_FEATURES), key=names.index)

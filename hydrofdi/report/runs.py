@@ -271,11 +271,11 @@ def hole_or(value: float, text: str) -> str:
     return HOLE if math.isnan(value) else text
 
 
-def signed(value: float, decimals: int = 1) -> str:
-    """A number with its sign; no sign where it rounds to zero; a hole if it is missing."""
+def signed(value: float) -> str:
+    """A number with its sign and one decimal; no sign where it rounds to zero; a hole if it is missing."""
     if math.isnan(value):
         return HOLE
-    text = f"{value:+.{decimals}f}"
+    text = f"{value:+.1f}"
     return with_minus(text[1:] if float(text) == 0.0 else text)
 
 

@@ -40,6 +40,8 @@ from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.units import convert
 
 _MOST, _MOST_LEVELS = 6, 7
+"""Scores, and leaking populations beside the others."""
+
 _N_BIN, _WIDEST = 50, 4.0
 """Bins, and how far beyond the healthy scores they reach, in widths of these."""
 
@@ -159,8 +161,6 @@ def _label(population: Population) -> str:
     return population.name if is_named else f"{population.name} (fit)"
 
 
-_MOST_LINES = 6
-
 _LEAST = 0.001
 """Smallest rate on the axes."""
 
@@ -173,7 +173,7 @@ def draw_roc(detection: Detection) -> Any:
     ReportError
         There are no healthy or no faulty records to test.
     """
-    shown, levels = with_threshold(detection, _MOST_LINES), chosen_levels(detection, 3)
+    shown, levels = with_threshold(detection, _MOST), chosen_levels(detection, 3)
     if not levels:
         raise ReportError("no faulty record is tested")
     unit = severity_unit(detection)
@@ -234,8 +234,8 @@ def _named(judgement: Judgement) -> str:
     return name if f"({needs})" in name else f"{name} ({needs})"
 
 
-_MOST_CURVES, _POINTS = 6, 201
-"""Panels, and points of a curve."""
+_POINTS = 201
+"""Points of a curve."""
 
 
 def draw_pod(detection: Detection) -> Any:
@@ -247,9 +247,7 @@ def draw_pod(detection: Detection) -> Any:
         No fault was tested, or no score has a threshold.
     """
     shown = [
-        each
-        for each in with_threshold(detection, _MOST_CURVES)
-        if any(level.detected for level in each.levels)
+        each for each in with_threshold(detection, _MOST) if any(level.detected for level in each.levels)
     ]
     if not shown:
         raise ReportError("no faulty record is tested")

@@ -22,17 +22,16 @@ import numpy as np
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import DetectorFile, Made
 from hydrofdi.detectors.trained.lines import Line, WindowLine
-from hydrofdi.detectors.trained.measuring import records_of
 from hydrofdi.detectors.trained.scoring import windows_along
 from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.trained.verdicts import records_of
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.loop import single_monitor
-from hydrofdi.monitor.machines import Kind
-from hydrofdi.monitor.outlets import Receiver
+from hydrofdi.monitor.machines import Kind, Receiver
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk

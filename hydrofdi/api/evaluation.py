@@ -16,23 +16,19 @@ from os import PathLike, fspath
 from typing import Any
 
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors.rules import Rules
-from hydrofdi.detectors.scores.configuration import load_scores
+from hydrofdi.detectors.rules import Rules, load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.overview import Indicators, indicators_of
-from hydrofdi.indicators.record_measures import measure_sources, used_channels
-from hydrofdi.indicators.selection import assumed_plants, of_machine
+from hydrofdi.indicators.measuring import measure_sources, used_channels
+from hydrofdi.indicators.selection import Indicators, assumed_plants, indicators_of, of_machine
 from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.evaluation import EvaluationAnswer
 from hydrofdi.settings.arguments import Names, Texts, names_of
-from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Source
+from hydrofdi.settings.files import Source, validated
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.healthy import labels_of_healthy
 from hydrofdi.studies.left import Left
-from hydrofdi.studies.measured import measured_study, require_labels
-from hydrofdi.studies.reading import made_scores
+from hydrofdi.studies.reading import made_scores, measured_study, require_labels
 from hydrofdi.studies.reading import usual_scores as usual_of
 
 

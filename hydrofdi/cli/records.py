@@ -18,7 +18,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
+    from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 
 _MOST_FAULTS, _MOST_ROWS, _FEW_RECORDS = 4, 20, 3
 """Most faults that are explained; most records, scores and pairs of groups; and most records beside each
@@ -58,7 +58,7 @@ def measure(
     from hydrofdi.api.measuring import measured_records
     from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
-    from hydrofdi.indicators.overview import Counted
+    from hydrofdi.indicators.measuring import Counted
 
     chosen_form = _form("json" if json else form, out)
     said = Described(settings.get("sampling_frequency"))
@@ -148,7 +148,7 @@ def diagnose(
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
     from hydrofdi.diagnosis.answer import visible_text
-    from hydrofdi.settings.readable import percent
+    from hydrofdi.settings.messages import percent
     from hydrofdi.tables.answer import Strong
 
     history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"

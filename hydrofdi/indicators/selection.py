@@ -1,9 +1,10 @@
-"""Selection of indicators and their options."""
+"""Selection of indicators and their options, in any form that users give, and their list."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +13,12 @@ from pydantic import ValidationError
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
-from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
-from hydrofdi.records import RecordSource
+from hydrofdi.indicators.registry import Description, indicator_kind, indicator_names, sound_indicator
+from hydrofdi.records import Channel, RecordSource
+from hydrofdi.settings.files import Keys as KeyPath
+from hydrofdi.settings.files import Source, located, plain, read_extended
 from hydrofdi.settings.messages import describe_error, nearest
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import read_extended
-from hydrofdi.settings.yaml_source import Path as KeyPath
-from hydrofdi.settings.yaml_source import Source
+from hydrofdi.tables.table import Table
 
 LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 
@@ -215,3 +215,30 @@ def _make(label: str, given: Any, source: Source, path: KeyPath) -> Indicator[An
             source.mistake((*path, *error["loc"]), describe_error(error, fields)) for error in errors.errors()
         )
     return None
+
+
+Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
+"""``"dwt,ring_down"``, ``"all"``, a list of names, a YAML file, or label → options."""
+
+
+def indicators_of(given: Indicators) -> dict[str, Any]:
+    """Label → indicator."""
+    if isinstance(given, int | float):
+        raise ConfigError(f"indicators: found {given!r}; is it meant as sampling_frequency={given!r}?")
+    if isinstance(given, str | PathLike):
+        return load_indicators(fspath(given))
+    return make_indicators(plain(given))
+
+
+def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
+    """A row for each indicator."""
+    symbols = [" ".join(Channel(name).symbol for name in each.channels) for each in described]
+    columns: dict[str, list[Any]] = {
+        "name": [each.name for each in described],
+        "summary": [each.summary for each in described],
+        "channels": symbols,
+        "outputs": [len(each.outputs) for each in described],
+        "cost": [each.cost for each in described],
+    }
+    sources = {"source": [each.source for each in described]} if with_sources else {}
+    return Table.of(columns | sources, row="indicator")

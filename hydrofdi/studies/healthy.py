@@ -18,8 +18,7 @@ from hydrofdi.records.copies import Copies, sketch_of
 from hydrofdi.records.source import MeasuredSource
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.store.results import external_coefficients
-from hydrofdi.studies.measured import WHICH, require_labels
-from hydrofdi.studies.reading import stored_roles
+from hydrofdi.studies.reading import WHICH, require_labels, stored_roles
 
 _LEAKS = (
     "internal_flow",

@@ -15,8 +15,8 @@ from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.report.detection.report import estimates_block
 from hydrofdi.store.layout.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
 from hydrofdi.store.results import read_results
+from hydrofdi.studies.detecting import judge_estimates
 from hydrofdi.studies.reading import read_study
-from hydrofdi.studies.truth import judge_estimates
 from tests.runner.processes import start
 
 STUDY = """

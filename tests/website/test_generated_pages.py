@@ -15,10 +15,9 @@ from hydrofdi.config.sections.machine import FluidConfig
 from hydrofdi.config.study import OnlineConfig
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.registry import describe
-from hydrofdi.monitor.configuration import MqttConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig
+from hydrofdi.monitor.configuration import FleetConfig, MqttConfig
 from hydrofdi.records.description import MeasuredConfig
-from hydrofdi.settings.ready import ready_names
+from hydrofdi.settings.files import ready_names
 
 DOCS = Path(__file__).parents[2] / "docs"
 COMMANDS = commands.command_group().commands
@@ -106,7 +105,7 @@ def test_every_kind_of_figure_is_in_the_gallery():
     [
         ("docs/results.md", "../configs/table3.yaml", "/reference/configurations/table3.md"),
         ("docs/studies.md", "../configs/schema.json#study", "/reference/configuration.md#study"),
-        ("docs/index.md", "../hydrofdi/indicators/models/weak_rls.py", "/reference/indicators.md#weak_rls"),
+        ("docs/index.md", "../hydrofdi/indicators/catalogue#weak_rls", "/reference/indicators.md#weak_rls"),
         ("docs/running.md", "../configs/", "/reference/configurations/index.md"),
         ("CHANGELOG.md", "docs/files.md#layout", "/files.md#layout"),
         ("docs/measured.md", "https://example.org/a.yaml", "https://example.org/a.yaml"),

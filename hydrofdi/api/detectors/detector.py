@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.detector import Detector as TrainedDetector
+from hydrofdi.detectors.trained.detector import Tally, judged_windows
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.judged import Tally, judged_windows
 from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.detectors.trained.windows import watched, windows_table
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.settings.arguments import Names, names_of, path_of, refusal
-from hydrofdi.settings.readable import percent
+from hydrofdi.settings.messages import percent
 from hydrofdi.store.files import require_regular, write_whole_text
 from hydrofdi.studies.healthy import LeftOut, analysed_batches
 from hydrofdi.tables.table import Table

@@ -22,12 +22,10 @@ from hydrofdi.detectors.trained.request import (
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.simulated import SimulatedRecords
-from hydrofdi.indicators.overview import Indicators
-from hydrofdi.indicators.selection import of_machine
+from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.yaml_source import plain
+from hydrofdi.settings.files import located, plain
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords

@@ -11,9 +11,9 @@ from hydrofdi.detectors.rules import Promise
 from hydrofdi.detectors.trained import configuration
 from hydrofdi.detectors.trained.file import DetectorFile, load_detector
 from hydrofdi.errors import ConfigError
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.overview import Indicators
+from hydrofdi.indicators.selection import Indicators
 
 
 def options_of_machine(

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.trained.detector import Detector
+from hydrofdi.detectors.trained.detector import Detector, JudgedWindow, Tally
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.judged import JudgedWindow, Tally
 from hydrofdi.detectors.trained.lines import line_record
 from hydrofdi.errors import DataError
 from hydrofdi.records.columns import RejectionError
@@ -21,8 +20,7 @@ from hydrofdi.records.memory import held, records_of
 from hydrofdi.records.recording import samples_of
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.arguments import Names
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, number_text
+from hydrofdi.settings.messages import HOLE, counted, number_text
 from hydrofdi.tables.table import Column, Table, quantity
 
 

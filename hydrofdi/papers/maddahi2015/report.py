@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Standing, alarms
 from hydrofdi.papers.maddahi2015.study import StudyData, scenario_blocks, scenarios_record, sealed_outcomes
-from hydrofdi.quality.measures import samples_per_period
+from hydrofdi.quality.doubts import samples_per_period
 from hydrofdi.report.composition import rms_table
 from hydrofdi.report.document import (
     Block,

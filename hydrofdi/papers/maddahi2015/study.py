@@ -32,8 +32,7 @@ from hydrofdi.report.composition import Report
 from hydrofdi.report.document import Block
 from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
 from hydrofdi.report.runs import RunTable, joined, modulus_text, normal_bulk_modulus
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE
+from hydrofdi.settings.messages import HOLE, counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Table, group_breaks

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +28,16 @@ from hydrofdi.report.document import (
 from hydrofdi.report.runs import joined
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import STATUS
-from hydrofdi.studies.charts import judge_charts
-from hydrofdi.studies.detecting import judge_study, winner
-from hydrofdi.studies.reading import asks_for_extra
+from hydrofdi.studies.detecting import (
+    REFERENCE_PRESSURE,
+    Estimates,
+    judge_charts,
+    judge_estimates,
+    judge_study,
+    winner,
+)
+from hydrofdi.studies.reading import uses_extra
 from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
-from hydrofdi.studies.truth import REFERENCE_PRESSURE, Estimates, judge_estimates
 from hydrofdi.tables.table import Table, finite, group_breaks
 from hydrofdi.units import convert
 
@@ -170,10 +174,9 @@ class DetectionReport:
 
 def _with_extra(data: ExperimentData) -> ExperimentData:
     """The same with the version of scikit-learn, where scores were made with it for this report."""
-    if asks_for_extra(data.experiment.detection):
-        with suppress(PackageNotFoundError):
-            return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
-    return data
+    if not uses_extra(data.experiment.detection):
+        return data
+    return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
 
 
 _CHARTS = (

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.roc import RocCurve, roc_curve
+from hydrofdi.evaluation.rates import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import (
     SeverityUnit,
@@ -33,10 +33,9 @@ from hydrofdi.report.figures import (
     logit_axis,
     panels,
 )
-from hydrofdi.settings.readable import readable_unit, typeset
+from hydrofdi.settings.messages import readable_unit, typeset
 from hydrofdi.studies.judging import reference_of
-from hydrofdi.studies.parts import part
-from hydrofdi.studies.records import Detection, Judgement
+from hydrofdi.studies.records import Detection, Judgement, part
 from hydrofdi.units import convert
 
 _MOST, _MOST_LEVELS = 6, 7

@@ -16,7 +16,7 @@ from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.report.figures import BLUE, GREY, INK, ORANGE, SETTINGS, legend_above, series, shown, time_axis
 from hydrofdi.store.layout import names
 from hydrofdi.store.shards import Columns
-from hydrofdi.transforms.wavelet import detail_coefficients
+from hydrofdi.transforms import detail_coefficients
 from hydrofdi.units import convert
 
 Panels = Mapping[str, tuple[str, str]]

@@ -16,7 +16,7 @@ from hydrofdi.report.figures import BLUE, INK, log_axis
 from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import AGAINST, RANGES, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import Array, signed
-from hydrofdi.settings.readable import number_text
+from hydrofdi.settings.messages import number_text
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
 _WIDTH, _HEIGHT = 2.4, 1.25

@@ -33,7 +33,6 @@ from hydrofdi.report.indicators import (
     measured_indicators,
     output_columns,
 )
-from hydrofdi.report.plane import Plane, matrix_block, plane_of
 from hydrofdi.report.responses import (
     MOST_VALUES,
     QUANTILES,
@@ -43,7 +42,7 @@ from hydrofdi.report.responses import (
     strongest_table,
     study_responses,
 )
-from hydrofdi.report.views import View, asked_views
+from hydrofdi.report.views import Plane, View, asked_views, matrix_block, plane_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names

@@ -13,9 +13,9 @@ from matplotlib.patches import Rectangle
 
 from hydrofdi.config.runs import spread
 from hydrofdi.report.figures import BLUE, INK, log_axis
-from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import AGAINST, RANGES, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import Array, signed
+from hydrofdi.report.views import Plane
 from hydrofdi.settings.messages import number_text
 
 _MOST_AXES, _MOST_FEATURES = 6, 8

@@ -24,8 +24,8 @@ from hydrofdi.report.indicators import span_of
 from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, joined, lead_columns, signed, span_text
 from hydrofdi.settings.messages import number_text
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table, finite
 from hydrofdi.transforms import percentage_change
 

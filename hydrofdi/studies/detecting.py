@@ -24,7 +24,7 @@ from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
 from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
+from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import needed_channels, read_study, within
 from hydrofdi.studies.records import (

@@ -105,7 +105,7 @@ class Killed(BaseException):
 
 
 class Kept:
-    """A view that keeps what it gets; it ends the process at its n-th reading with samples, before the log."""
+    """A view that keeps what it gets, and ends the process at its n-th reading with samples."""
 
     def __init__(self, n_reading=0):
         self.lines, self.is_closed, self._left = [], False, n_reading

@@ -23,12 +23,12 @@ from typing import Any
 import numpy as np
 
 import hydrofdi
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.diagnosis.history import history_of, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE
 from hydrofdi.diagnosis.judging import Judge
 from hydrofdi.evaluation.rates import clopper_pearson
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.indicators.registry import sound_indicator
 
 N_HISTORY, N_HEALTHY = 12, 5

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 from diagnosis import EDGES, NOTHING, error, expected, faults, records_of, share
 
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
 from hydrofdi.diagnosis.history import history_of, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE
 from hydrofdi.diagnosis.judging import Judge
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.indicators.nominal_actuator import from_sheet
 from hydrofdi.indicators.registry import sound_indicator
 

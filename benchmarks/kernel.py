@@ -27,9 +27,9 @@ from jobs import AT_REST, IN_MOTION, Job, d2_rms, lane_jobs
 from options import measure_options
 from sensors import measure_sensors, tell_sensors
 
-from hydrofdi.execution import available_cores
+from hydrofdi.engine import available_cores
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.simulation.lanes import WIDTH
 
 KERNEL_RECORD = 4.0
 """Duration of the record of the timed kernels [s]."""

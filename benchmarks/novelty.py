@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
 from hydrofdi.config.runs import study_roles
 from hydrofdi.detectors.trained.verdicts import channel_facts, findings, learned_range
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.records import Channel
 
 CONFIGS = Path(__file__).parent.parent / "configs"

@@ -10,7 +10,7 @@ import time
 
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import OpcUaSource
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.description import ChannelConfig
 from tests.monitor.brokers import free_port
 from tests.monitor.test_opcua_source import LoopbackServer

@@ -66,9 +66,9 @@ def pure_seconds(file, out, workers):
 
 def core_seconds(file, out, n_sample_batch):
     """Kernel and feature time of all runs of a sweep on one core [s], extrapolated from some batches."""
-    from hydrofdi.api.plan import plan_sweep
     from hydrofdi.config import load_experiment
-    from hydrofdi.execution import Job, compute_columns, split_jobs
+    from hydrofdi.execution.compute import Job, compute_columns, split_jobs
+    from hydrofdi.execution.plan import plan_sweep
 
     plan = plan_sweep(load_experiment(Path(file)), Path(out))
     jobs = [
@@ -89,9 +89,10 @@ def processor_seconds(file, out):
 
     Other programs affect it less than wall time.
     """
-    from hydrofdi.api.sweep import run_sweep
     from hydrofdi.config import load_experiment
-    from hydrofdi.execution import InProcessEngine, compute
+    from hydrofdi.engine import InProcessEngine
+    from hydrofdi.execution import compute
+    from hydrofdi.execution.sweeping import run_sweep
 
     measured, spent = compute.compute_columns, []
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from jobs import lane_jobs
 
-from hydrofdi.execution import Job, compute_columns
-from hydrofdi.sensing import CHANNELS
+from hydrofdi.execution.compute import Job, compute_columns
+from hydrofdi.simulation.sensing import CHANNELS
 
 RECORD = 20.0
 """Duration of the record of the timed batches [s]."""

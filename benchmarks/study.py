@@ -12,12 +12,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from hydrofdi.api.plan import plan_sweep
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.execution import InProcessEngine, compute
+from hydrofdi.engine import InProcessEngine
+from hydrofdi.execution import compute
+from hydrofdi.execution.plan import plan_sweep
+from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.store.results import read_results
 from hydrofdi.studies.reading import read_study
 
 STUDY = """\

@@ -12,7 +12,8 @@ import argparse
 
 import numpy as np
 
-from hydrofdi.evaluation.change_point import ChangePointModel, Estimate, inliers
+from hydrofdi.evaluation.change_point import ChangePointModel, inliers
+from hydrofdi.evaluation.scores import Estimate
 from tests.evaluation import wear
 
 RATE, CONFIDENCE, LENGTHS = 0.01, 0.95, (40, 90)

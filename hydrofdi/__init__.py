@@ -18,26 +18,17 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from hydrofdi.api.check import calibrate as calibrate
-    from hydrofdi.api.check import check as check
     from hydrofdi.api.detectors.detector import Detector as Detector
     from hydrofdi.api.detectors.detector import detect as detect
     from hydrofdi.api.detectors.training import train as train
-    from hydrofdi.api.diagnosing import Diagnosis as Diagnosis
     from hydrofdi.api.diagnosing import diagnose as diagnose
     from hydrofdi.api.evaluation import Evaluation as Evaluation
     from hydrofdi.api.evaluation import evaluate as evaluate
-    from hydrofdi.api.exporting import Exported as Exported
     from hydrofdi.api.exporting import export as export
-    from hydrofdi.api.folders import rerun as rerun
-    from hydrofdi.api.folders import status as status
-    from hydrofdi.api.folders import verify as verify
-    from hydrofdi.api.folders import why as why
     from hydrofdi.api.inspecting import Inspection as Inspection
     from hydrofdi.api.inspecting import inspect as inspect
     from hydrofdi.api.measuring import indicators as indicators
     from hydrofdi.api.measuring import measure as measure
-    from hydrofdi.api.plan import plan as plan
     from hydrofdi.api.results import Results as Results
     from hydrofdi.api.results import load as load
     from hydrofdi.api.results import report as report
@@ -47,37 +38,45 @@ if TYPE_CHECKING:
     from hydrofdi.api.starting import init as init
     from hydrofdi.api.streams import monitor_fleet as monitor_fleet
     from hydrofdi.api.streams import replay as replay
-    from hydrofdi.api.sweep import collect as collect
-    from hydrofdi.api.sweep import sweep as sweep
+    from hydrofdi.api.sweeps import calibrate as calibrate
+    from hydrofdi.api.sweeps import check as check
+    from hydrofdi.api.sweeps import collect as collect
+    from hydrofdi.api.sweeps import plan as plan
+    from hydrofdi.api.sweeps import rerun as rerun
+    from hydrofdi.api.sweeps import status as status
+    from hydrofdi.api.sweeps import sweep as sweep
+    from hydrofdi.api.sweeps import verify as verify
+    from hydrofdi.api.sweeps import why as why
     from hydrofdi.api.trend import trend as trend
     from hydrofdi.config import load_experiment as load_experiment
+    from hydrofdi.diagnosis.answer import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
-    from hydrofdi.settings.ready import schema as schema
+    from hydrofdi.settings.files import schema as schema
+    from hydrofdi.store.exporting import Exported as Exported
     from hydrofdi.tables.table import Table as Table
 
 _HOMES = {
     name: f"hydrofdi.{module}"
     for module, names in {
-        "api.check": "calibrate check",
         "api.detectors.detector": "Detector detect",
         "api.detectors.training": "train",
-        "api.diagnosing": "Diagnosis diagnose",
+        "api.diagnosing": "diagnose",
         "api.evaluation": "Evaluation evaluate",
-        "api.exporting": "Exported export",
-        "api.folders": "rerun status verify why",
+        "api.exporting": "export",
         "api.inspecting": "Inspection inspect",
         "api.measuring": "indicators measure",
-        "api.plan": "plan",
         "api.results": "Results load report",
         "api.run": "Run simulate",
         "api.starting": "configs init",
         "api.streams": "monitor_fleet replay",
-        "api.sweep": "collect sweep",
+        "api.sweeps": "calibrate check collect plan rerun status sweep verify why",
         "api.trend": "trend",
         "config": "load_experiment",
+        "diagnosis.answer": "Diagnosis",
         "errors": "HydrofdiError",
-        "tables.table": "Table",
         "settings.ready": "schema",
+        "store.exporting": "Exported",
+        "tables.table": "Table",
     }.items()
     for name in names.split()
 }

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Collection
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -14,18 +13,15 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.arguments import path_of
 from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
-from hydrofdi.quality.doubts import doubt_counts, remedy_lines
+from hydrofdi.quality.doubts import doubt_counts
+from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
-from hydrofdi.store.experiment_data import MISSING
 from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
-from hydrofdi.tables.answer import Answer, Piece
 from hydrofdi.tables.table import Table, library
 
 if TYPE_CHECKING:
@@ -34,6 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from hydrofdi.api.run import Run
+    from hydrofdi.execution.sweeping import SweepSummary
     from hydrofdi.records import Channel, RecordSource
     from hydrofdi.report.document import ComposedReport
     from hydrofdi.store.experiment_data import ExperimentData
@@ -47,55 +44,6 @@ class Markdown(str):
     """A text that consoles print and notebooks render."""
 
     __repr__ = _repr_markdown_ = str.__str__
-
-
-@dataclass(frozen=True, repr=False)
-class SweepSummary(Answer):
-    """What a sweep did. True if no run failed.
-
-    Runs ``planned``; ``completed`` now, those of them ``measured`` from stored signals; ``skipped``, as
-    stored or failed before; ``failed``, without a good end. ``seconds``: wall time [s]. ``interrupted``:
-    whether it was asked to finish early. ``faults``: label → what is wrong with an indicator that failed, in
-    how many runs. ``statuses``, ``verdicts``: how runs ended, and words on those that ended well → number,
-    ``ok`` left out. ``lost_workers``: processes of the local pool that were killed and replaced.
-    """
-
-    planned: int
-    completed: int
-    measured: int
-    skipped: int
-    failed: int
-    seconds: float
-    file: Path
-    interrupted: bool = False
-    faults: dict[str, str] = field(default_factory=dict)
-    statuses: dict[str, int] = field(default_factory=dict)
-    verdicts: dict[str, int] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-    lost_workers: int = 0
-
-    @property
-    def stored(self) -> int:
-        """Runs that are stored now, failed ones among them."""
-        return self.planned - self.statuses.get(MISSING, 0)
-
-    def __bool__(self) -> bool:
-        return not (self.failed or self.faults)
-
-    def parts(self) -> tuple[Piece, ...]:
-        """Nothing: all that it says is about the work, not a result."""
-        return ()
-
-    def asides(self) -> Iterator[str]:
-        """Numbers of runs, the verdicts on them, and what failed."""
-        measured = f" ({self.measured:,} from stored signals)" if self.measured else ""
-        lost = f", {counted(self.lost_workers, 'worker')} lost and replaced" * bool(self.lost_workers)
-        yield (
-            f"{counted(self.planned, 'run')}: {self.completed:,} computed{measured}, {self.skipped:,} stored"
-            f" before, {self.failed:,} failed, in {time_text(self.seconds)}{lost}"
-        )
-        yield from remedy_lines(self.verdicts | self.statuses)
-        yield from (f"{label}: {fault}" for label, fault in self.faults.items())
 
 
 class Results:
@@ -113,7 +61,7 @@ class Results:
     @cached_property
     def data(self) -> ExperimentData:
         """Runs and their numbers, signals left on disk."""
-        from hydrofdi.api.stored import read_results
+        from hydrofdi.store.results import read_results
 
         return read_results(self._data) if isinstance(self._data, Path) else self._data
 
@@ -184,7 +132,7 @@ class Results:
         """Warnings of the sweep, one sentence each, as `hydrofdi.plan` has them."""
         if self.summary is not None:
             return [*self.summary.warnings]
-        from hydrofdi.api.plan import plan_sweep
+        from hydrofdi.execution.plan import plan_sweep
 
         with shown_in(self.data.experiment.units):
             return plan_sweep(self.data.experiment, self.folder).warnings
@@ -273,14 +221,14 @@ class Results:
 
     def to_latex(self) -> str:
         """The answers of the report as tables for LaTeX, as ``hydrofdi report --format latex`` has them."""
-        from hydrofdi.report.forms.page import render_latex
+        from hydrofdi.report.page import render_latex
 
         with shown_in(self.data.experiment.units):
             return render_latex(self.composed.document())
 
     def report(self) -> Markdown:
         """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""
-        from hydrofdi.report.forms.page import render_markdown
+        from hydrofdi.report.page import render_markdown
 
         with shown_in(self.data.experiment.units):
             return Markdown(render_markdown(self.composed.document()))
@@ -329,7 +277,7 @@ def load(folder: str | PathLike[str] | None = None) -> Results:
     ReportError, StoreError
         There are none; the file is missing, damaged, or of another version.
     """
-    from hydrofdi.api.stored import read_results
+    from hydrofdi.store.results import read_results
 
     return Results(read_results(None if folder is None else path_of(folder)))
 

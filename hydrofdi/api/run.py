@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.arguments import names_of, path_of
-from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import full_name, meant, parameter_names
@@ -24,17 +22,19 @@ from hydrofdi.config.runs import record_identity, run_identity
 from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_value
 from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.engine import limited
+from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import UnknownNameError
-from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
+from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.records.data_sheet import StatedMachine
-from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.settings.arguments import names_of, path_of
+from hydrofdi.settings.messages import nearest, shown_quantity
+from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+from hydrofdi.store.results import library_versions
 from hydrofdi.store.shards import Columns, read_index, write_shard
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Column, Table, library, plain
@@ -242,7 +242,7 @@ class Run(ParameterAnswer):
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The run as a record, so that `hydrofdi.measure` and others take it as it is."""
-        from hydrofdi.api.sources import held, records_of
+        from hydrofdi.records.memory import held, records_of
 
         samples = {
             f"{channel} [{channel.unit}]": self.columns[signal][0]

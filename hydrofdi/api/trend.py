@@ -3,22 +3,46 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api.arguments import positive_of, refusal
-from hydrofdi.api.histories import histories_of
-from hydrofdi.api.measuring import Indicators
-from hydrofdi.api.sources import Described
-from hydrofdi.api.trend_answer import Trend, Trends
+from hydrofdi.api.sources import Described, open_records
+from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+from hydrofdi.diagnosis.histories import (
+    Score,
+    balance_of,
+    history_of_records,
+    logged_histories,
+    require_files,
+)
+from hydrofdi.diagnosis.trend_answer import TrendAnswer, Trends
 from hydrofdi.diagnosis.trends import History, estimate
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.dates import FIRST_DATE, instant
+from hydrofdi.indicators import measure
+from hydrofdi.indicators.measuring import output_unit
+from hydrofdi.indicators.overview import Indicators, indicators_of
+from hydrofdi.indicators.selection import assumed_plants, of_machine
+from hydrofdi.records.times import FIRST_DATE, instant
+from hydrofdi.settings.arguments import positive_of, refusal
 from hydrofdi.settings.messages import nearest
 from hydrofdi.units import parse_quantity, stated_unit
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 _LEAST_RATE = 0.002
+
+
+class Trend(TrendAnswer):
+    """The trend of a score, as `hydrofdi.trend` returns it."""
+
+    def plot(self) -> Figure:
+        """The points, the level with its interval, the onset, the limit and when it is reached."""
+        from hydrofdi.report.figures.signals import draw_trend
+
+        return draw_trend(**self.drawing())
 
 
 def trend(
@@ -92,7 +116,12 @@ def trend(
         history = history if zero is None else replace(history, time=zero + history.time)
         return Trend(**vars(estimate(history, span, wanted, rate, level)))
 
-    histories = histories_of(data, indicator, output, Described(sampling_frequency), accept)
+    histories = logged_histories(data)
+    if histories is None:
+        said = Described(sampling_frequency)
+        histories = {"": _history_of_records(data, indicator, output, said, accept)}
+    elif indicator or output:
+        raise ConfigError("indicator, output: are for records; a log has the score of its detector")
     if machine:
         if machine not in histories:
             raise ConfigError(
@@ -110,6 +139,26 @@ def trend(
     if not trends:
         raise next(iter(without.values()))
     return Trends(trends, without)
+
+
+def _history_of_records(
+    data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
+) -> History:
+    sources = open_records(data, said=said)
+    require_files(sources)
+    chosen = indicators_of(indicator or balance_of(sources))
+    if len(chosen) > 1:
+        raise ConfigError(f"indicator: a trend is of one; found {', '.join(chosen)}")
+    (own,) = chosen.values()
+    options = own.options.model_dump(exclude_unset=True)
+    feature = feature_of(DetectorConfig(indicator=own.name, options=options, output=output))
+    indicators = of_machine({own.name: own}, sources)
+    score = Score(
+        feature.label,
+        lambda batch: output_unit(feature.indicator, feature.described, batch),
+        lambda batch: feature.values(measure(batch, indicators).values)[:, 0],
+    )
+    return history_of_records(sources, score, assumed_plants(indicators), accept)
 
 
 def _instant_of(begin: str) -> float:

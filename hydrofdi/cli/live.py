@@ -21,8 +21,8 @@ from hydrofdi.errors import ConfigError, interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
+    from hydrofdi.detectors.trained.detector import JudgedWindow, Tally
     from hydrofdi.detectors.trained.file import DetectorFile
-    from hydrofdi.detectors.trained.judged import JudgedWindow, Tally
 
 INTERRUPTED = 130
 
@@ -72,9 +72,9 @@ def train(
 
 def train_options() -> dict[str, Any]:
     """The options of `train` that follow from the configuration of a detector."""
-    from hydrofdi.api.detectors.training import setting_keys
     from hydrofdi.cli.options import options_of
     from hydrofdi.detectors.trained.configuration import DetectorConfig
+    from hydrofdi.detectors.trained.request import setting_keys
 
     return options_of(DetectorConfig, setting_keys())
 
@@ -93,7 +93,7 @@ def detect(
 
     Exit code 1 if a record has no window that is judged or novel, and on an alarm with --fail-on-alarm.
     """
-    from hydrofdi.api.detectors.windows import csv_lines, json_parts
+    from hydrofdi.detectors.trained.windows import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
     tally = hydrofdi.Detector.load(detector).windows(sources, **settings)
@@ -108,7 +108,7 @@ def detect(
 
 def _windows(tally: Tally) -> Iterator[Any]:
     """The first windows, in order; of many, alarms first, then other scores beyond a limit."""
-    from hydrofdi.api.detectors.windows import windows_table
+    from hydrofdi.detectors.trained.windows import windows_table
 
     def place(row: tuple[int, JudgedWindow]) -> tuple[bool, bool, int]:
         return not row[1].alarm, not row[1].verdict.is_beyond, row[0]
@@ -125,7 +125,7 @@ def _windows(tally: Tally) -> Iterator[Any]:
 
 def _told(tally: Tally) -> Iterator[str]:
     """Counts of windows, of alarms, and of what was not judged."""
-    from hydrofdi.settings.readable import count_text, percent, percentage, time_text
+    from hydrofdi.settings.messages import count_text, percent, percentage, time_text
 
     windows, rate = counted(tally.n_judged, "window"), tally.rate
     records, lasting = counted(tally.n_record, "record"), time_text(3600.0 * tally.hours)
@@ -249,7 +249,7 @@ def replay(
 
     Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
     """
-    from hydrofdi.api.streams import sample_target
+    from hydrofdi.monitor.replaying import sample_target
 
     chunks = hydrofdi.replay(source, rate=rate, settings=settings or (), **more)
     n_sample = 0

@@ -55,9 +55,10 @@ def measure(
     Exit code 1 if records are rejected or have no number of any indicator, or an indicator fails.
     'hydrofdi indicators' lists what can be measured.
     """
-    from hydrofdi.api.measuring import Counted, measured_records
+    from hydrofdi.api.measuring import measured_records
     from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
+    from hydrofdi.indicators.overview import Counted
 
     chosen_form = _form("json" if json else form, out)
     said = Described(settings.get("sampling_frequency"))
@@ -90,7 +91,7 @@ def _write(
     form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     from hydrofdi.api.measuring import write_measures
-    from hydrofdi.report.forms.measures import csv_lines, json_parts
+    from hydrofdi.report.measures import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
     if out is not None:
@@ -104,7 +105,7 @@ def _write(
 
 def _measures(columns: Sequence[MeasuredOutput], records: Iterator[RecordMeasures]) -> Iterator[Any]:
     """The first records, and how many there are."""
-    from hydrofdi.report.forms.measures import measures_table, upright
+    from hydrofdi.report.measures import measures_table, upright
 
     shown = [*islice(records, _MOST_ROWS)]
     n_record = len(shown) + sum(1 for _ in records)
@@ -146,8 +147,8 @@ def diagnose(
 
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
-    from hydrofdi.api.diagnosing import visible_text
-    from hydrofdi.settings.readable import percent
+    from hydrofdi.diagnosis.answer import visible_text
+    from hydrofdi.settings.messages import percent
     from hydrofdi.tables.answer import Strong
 
     history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"

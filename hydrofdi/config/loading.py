@@ -16,17 +16,25 @@ from hydrofdi.config.normalizing import normalize
 from hydrofdi.config.request import RunRequest, full_name, meant, parameter_names, parameter_unit
 from hydrofdi.config.study import WatchedChart
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
+from hydrofdi.detectors.rules import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.plugins import load_plugins
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
+from hydrofdi.settings.files import Keys as Path
+from hydrofdi.settings.files import (
+    Source,
+    located,
+    merged,
+    overlay,
+    parse_yaml,
+    plain,
+    read_extended,
+    validated,
+)
 from hydrofdi.settings.messages import brief, nearest
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import merged, overlay, read_extended, validated
-from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.units import parse_unit, stated_unit
 

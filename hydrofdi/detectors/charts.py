@@ -1,4 +1,4 @@
-"""Control charts on the time series of a score: CUSUM, EWMA and generalised likelihood ratio.
+"""Control charts on a score over time, CUSUM, EWMA, generalised likelihood ratio, and their run lengths.
 
 The input of a chart are standardised scores (median 0 and spread 1 if healthy); it does not depend on their
 interval or on the indicator. It raises an alarm when its statistic reaches the limit.
@@ -7,7 +7,9 @@ interval or on the indicator. It raises an alarm when its statistic reaches the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
@@ -16,7 +18,9 @@ from pydantic import Field
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.detectors.rules import Method
-from hydrofdi.evaluation.scores import Array, Direction
+from hydrofdi.errors import NotStatedError
+from hydrofdi.evaluation.rates import FEWEST_GROUPS
+from hydrofdi.evaluation.scores import Array, Direction, Estimate, comparable, share_between_0_and_1
 from hydrofdi.settings.quantities import SI, Section
 
 State = Mapping[str, NDArray[Any]]
@@ -269,3 +273,266 @@ class Glr(Chart[GlrOptions]):
     def n_memory(self) -> int:
         """The newest scores, padded with zeros, which do not change the largest ratio."""
         return self.options.window
+
+
+HOUR = 3600.0
+
+PRECISION = 1e-4
+"""Relative width at which the bisection for a limit ends."""
+
+LEAST = 1e-3
+"""Smallest limit [of standardised scores]; the statistic of many charts is zero most of the time."""
+
+CHUNK = 2**16
+"""Number of scores that a chart processes at a time, so that they fit the processor cache."""
+
+
+@dataclass(frozen=True)
+class AlarmLimit:
+    """A limit of a chart, and its rate of false alarms.
+
+    Attributes
+    ----------
+    mean_time : float
+        Mean time between false alarms [s]; infinite if there was no alarm.
+    low, high : float
+        Confidence interval of the mean time [s].
+    n_alarm : float
+        Mean number of false alarms per resampled healthy operation of the length of the data.
+    """
+
+    value: float
+    mean_time: float
+    low: float
+    high: float
+    confidence: float
+    n_alarm: float
+    duration: float
+
+
+def time_needed(false_alarm_every: float, confidence: float) -> float:
+    """Alarm-free time that demonstrates a mean time between false alarms, in the same unit."""
+    # Poisson: no alarm within t has the probability e^(−t/T).
+    return -math.log(1.0 - confidence) * false_alarm_every
+
+
+class FalseAlarms:
+    """False alarms of a chart in healthy operation.
+
+    Whole healthy records are drawn with replacement and concatenated; the chart continues across the joints
+    and restarts after each alarm. So dependence within records is preserved, and records are independent of
+    each other.
+
+    Parameters
+    ----------
+    streams : array_like, shape (n_stream, n_time)
+        Standardised scores of healthy records [-]. Cut a long record into nearly independent pieces, and omit
+        its transient; NaN scores are skipped.
+    interval : float
+        Time between scores [s].
+    groups : sequence of str, length n_stream, optional
+        Group of each stream; streams of a group are drawn together.
+    n_draw : int
+        Number of resamples for an interval; the search for a limit uses a tenth.
+    """
+
+    def __init__(
+        self,
+        chart: Chart[Any],
+        streams: ArrayLike,
+        interval: float,
+        *,
+        groups: Sequence[str] | None = None,
+        n_draw: int = 100,
+        seed: int = 0,
+    ) -> None:
+        self.chart = chart
+        self.streams: Array = np.ascontiguousarray(streams, dtype=float)
+        self.groups = members(groups, self.streams.shape[0])
+        self.n_draw, self.seed, self._n_search = n_draw, seed, max(1, n_draw // 10)
+        self.duration = int(np.sum(~np.isnan(self.streams))) * interval
+        if len(self.groups) < FEWEST_GROUPS:
+            raise NotStatedError(
+                f"a time between false alarms needs {FEWEST_GROUPS} independent healthy records,"
+                f" not {len(self.groups)}",
+                FEWEST_GROUPS,
+            )
+        if not self.duration:
+            raise NotStatedError("no healthy record has a time series of scores")
+        self._searched: dict[float, float] = {}
+
+    def at(self, limit: float, *, confidence: float = 0.95) -> AlarmLimit:
+        """Mean time between false alarms at a limit.
+
+        The interval is that of a Poisson count (Garwood, Biometrika 28 (1936) 437) with an effective number
+        of alarms from the variance over the resamples, at most the actual number. A percentile bootstrap is
+        not suitable: with few alarms it cannot extrapolate beyond the largest score.
+        """
+        from scipy.special import gammaincinv
+
+        n_group = len(self.groups)
+        counts = np.array(self._counts(limit, self.n_draw))
+        mean = float(counts.mean())
+        # At least that of a Poisson count, so that the effective number is at most the actual one.
+        variance = max(float(counts.var(ddof=1)) * n_group / (n_group - 1), mean)
+        scale = variance / mean if mean else 1.0
+        effective, each = mean / scale, (1.0 - confidence) / 2.0
+        least = float(gammaincinv(effective, each)) * scale if mean else 0.0
+        most = float(gammaincinv(effective + 1.0, 1.0 - each)) * scale
+        low, value, high = (self.duration / n if n else math.inf for n in (most, mean, least))
+        return AlarmLimit(limit, value, low, high, confidence, mean, self.duration)
+
+    def limit(self, mean_time: float, *, confidence: float = 0.95) -> AlarmLimit:
+        """Limit for a required mean time between false alarms.
+
+        It is the largest limit that ⌊duration/mean_time⌋ alarms reach, as in `quantile_threshold` for
+        records. On average over healthy data, the mean time is then at least the required one.
+        """
+        wanted = math.floor(self.duration / mean_time + 1e-9)
+        if not wanted:
+            hours, have = f"{mean_time / HOUR:.3g} h", self.duration / HOUR
+            raise NotStatedError(
+                f"a mean time of {hours} between false alarms needs {hours} of healthy scores, not"
+                f" {have:.3g} h",
+                math.ceil(mean_time / self.duration * self.streams.shape[0] - 1e-9),
+            )
+        return self.at(self._search(wanted), confidence=confidence)
+
+    def _search(self, wanted: float) -> float:
+        low, high = LEAST, self._highest
+        while self._mean_count(high) >= wanted:
+            low, high = high, 2.0 * high
+        if self._mean_count(low) < wanted:
+            raise NotStatedError(
+                "no limit above 0 has so many false alarms; choose a longer time between false alarms"
+            )
+        # Limits that were tried before narrow the bracket.
+        low = max(limit for limit, count in self._searched.items() if count >= wanted and limit < high)
+        high = min(limit for limit, count in self._searched.items() if count < wanted and limit > low)
+        while high - low > PRECISION * high:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._mean_count(middle) >= wanted else (low, middle)
+        return low
+
+    @cached_property
+    def _highest(self) -> float:
+        """Upper bound of the statistic over all resamples of the search."""
+        # Just above, as a statistic at the limit is an alarm.
+        return (1.0 + 1e-9) * max(
+            float(np.nanmax(each, initial=LEAST))
+            for draw in self._followed(self._n_search, math.inf)
+            for each in draw
+        )
+
+    def _mean_count(self, limit: float) -> float:
+        if limit not in self._searched:
+            self._searched[limit] = float(np.mean(self._counts(limit, self._n_search)))
+        return self._searched[limit]
+
+    def _counts(self, limit: float, n_draw: int) -> list[int]:
+        """Number of false alarms in each resample."""
+        return [
+            sum(int(np.count_nonzero(each >= limit)) for each in draw)
+            for draw in self._followed(n_draw, limit)
+        ]
+
+    def _followed(self, n_draw: int, limit: float) -> Iterator[Iterator[Array]]:
+        """Statistic of each resample, in chunks."""
+        return (self._along(drawn, limit) for drawn in operations(self.groups, n_draw, self.seed))
+
+    def _along(self, drawn: NDArray[np.intp], limit: float) -> Iterator[Array]:
+        state, n_joined = self.chart.start(1), max(1, CHUNK // self.streams.shape[1])
+        for first in range(0, drawn.size, n_joined):
+            joined = self.streams[drawn[first : first + n_joined]].reshape(1, -1)
+            state, statistic = self.chart.step(state, joined, limit)
+            yield statistic
+
+
+def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp]]:
+    """Positions of the streams of each group; a stream without a group (``""``) is its own group."""
+    given = ("",) * n_stream if groups is None else groups
+    names = [name or f"\0{stream}" for stream, name in enumerate(given)]
+    _, places = np.unique(np.asarray(names), return_inverse=True)
+    return [np.flatnonzero(places == group) for group in range(int(places.max(initial=-1)) + 1)]
+
+
+def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterator[NDArray[np.intp]]:
+    """Draw whole streams to be concatenated: block bootstrap with the streams of a group as blocks.
+
+    Künsch, Annals of Statistics 17 (1989) 1217, with blocks given by records; balanced as in Davison, Hinkley
+    and Schechtman, Biometrika 73 (1986) 555: over all draws each group occurs equally often.
+
+    Yields
+    ------
+    ndarray of int, shape (n_drawn,)
+        Positions of streams; their number equals that of all streams if groups have equal size.
+    """
+    order = np.random.default_rng(seed).permutation(np.tile(np.arange(len(groups)), n_draw))
+    for drawn in order.reshape(n_draw, len(groups)):
+        yield np.concatenate([groups[group] for group in drawn])
+
+
+@dataclass(frozen=True, eq=False)
+class Delays:
+    """Detection delay of the leak in each stream.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n_stream,)
+        Time from the onset to the first alarm at or after it [s]; infinite if there is none.
+    n_early : ndarray of int, shape (n_stream,)
+        Number of alarms before the onset: false alarms, not detections. The chart restarts after each.
+    not_measurable : int
+        Number of streams without a score after the onset; they count as not detected.
+    """
+
+    values: Array
+    n_early: np.ndarray
+    not_measurable: int
+
+    def quantile(self, share: float = 0.5, *, confidence: float = 0.95) -> Estimate:
+        """Delay within which a given share of the leaks is detected; infinite if too many are not.
+
+        Its distribution-free interval is that of order statistics: David and Nagaraja, Order Statistics
+        (2003), section 7.1.
+        """
+        share_between_0_and_1("the share of leaks", share)
+        ordered = np.sort(self.values)
+        rank = max(math.ceil(share * ordered.size - 1e-9), 1)
+        value = float(ordered[rank - 1]) if ordered.size else math.nan
+        return Estimate(value, *_order_statistics(ordered, share, confidence))
+
+
+def delays(
+    chart: Chart[Any], limit: float, streams: ArrayLike, instants: ArrayLike, onset: ArrayLike
+) -> Delays:
+    """Detection delays of a chart that runs from the start of each stream.
+
+    Parameters
+    ----------
+    streams : array_like, shape (n_stream, n_time)
+        Standardised scores [-].
+    instants : array_like, shape (n_time,)
+        Instants of the scores [s].
+    onset : array_like, scalar or shape (n_stream,)
+        Onset of the leak [s].
+    """
+    scores, times = np.asarray(streams, dtype=float), np.asarray(instants, dtype=float)
+    sets_in = np.broadcast_to(np.asarray(onset, dtype=float), scores.shape[:1])[:, None]
+    is_alarm, is_later = chart.follow(scores, limit) >= limit, comparable(times) >= comparable(sets_in)
+    first = np.where(is_alarm & is_later, times, math.inf).min(axis=1, initial=math.inf)
+    unscored = int((~(is_later & ~np.isnan(scores)).any(axis=1)).sum())
+    early = np.sum(is_alarm & ~is_later, axis=1)
+    # An instant that rounds to the onset may lie just before it.
+    return Delays(np.maximum(first - sets_in[:, 0], 0.0), early, unscored)
+
+
+def _order_statistics(ordered: Array, share: float, confidence: float) -> tuple[float, float]:
+    from scipy.special import bdtr
+
+    ranks, each = np.arange(ordered.size + 1), (1.0 - confidence) / 2.0
+    below = comparable(bdtr(ranks, ordered.size, share))
+    lower = int(np.sum(below <= comparable(each)))
+    upper = int(np.sum(below < comparable(1.0 - each))) + 1
+    low = float(ordered[lower - 1]) if lower else 0.0
+    return low, float(ordered[upper - 1]) if upper <= ordered.size else math.inf

@@ -16,8 +16,7 @@ from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, pairs, sketch_of
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import percent
+from hydrofdi.settings.messages import counted, percent
 
 _PIECE, _SHORTEST = 20.0, 10.0
 """Length into which longer records are cut, and least length of a record [s]."""

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
-from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, Estimate, inliers
-from hydrofdi.evaluation.scores import comparable
-from hydrofdi.records.dates import FIRST_DATE
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
+from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, inliers
+from hydrofdi.evaluation.scores import Estimate, comparable
+from hydrofdi.records.times import FIRST_DATE
+from hydrofdi.settings.messages import counted, time_text
 
 Array = NDArray[np.float64]
 

@@ -133,24 +133,6 @@ class Draws:
         return np.where(side * (self.level - limit) >= 0.0, -np.inf, at)
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """A median with an interval; ends may be infinite."""
-
-    value: float
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, draws: Array, confidence: float, margin: float = 0.0) -> Estimate:
-        """That of equally probable values, widened by a margin."""
-        tail = (1.0 - confidence) / 2.0
-        # An order statistic, as infinite values cannot be interpolated.
-        low, high = np.quantile(draws, tail, method="lower"), np.quantile(draws, 1.0 - tail, method="higher")
-        value = np.quantile(draws, 0.5, method="nearest")
-        return cls(float(value), float(low) - margin, float(high) + margin)
-
-
 @dataclass(frozen=True, eq=False)
 class _Noise:
     """A covariance of the errors, and the base columns in its terms.

@@ -19,6 +19,24 @@ def comparable(values: ArrayLike) -> Any:
     return np.ldexp(np.round(np.ldexp(mantissa, 40)), exponent - 40)
 
 
+@dataclass(frozen=True)
+class Estimate:
+    """A median with an interval; ends may be infinite."""
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, draws: Array, confidence: float, margin: float = 0.0) -> Estimate:
+        """That of equally probable values, widened by a margin."""
+        tail = (1.0 - confidence) / 2.0
+        # An order statistic, as infinite values cannot be interpolated.
+        low, high = np.quantile(draws, tail, method="lower"), np.quantile(draws, 1.0 - tail, method="higher")
+        value = np.quantile(draws, 0.5, method="nearest")
+        return cls(float(value), float(low) - margin, float(high) + margin)
+
+
 def measurable(scores: ArrayLike) -> tuple[Array, int]:
     """Scores that are not NaN, and the number of the others.
 

@@ -14,10 +14,10 @@ from zlib import crc32
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.records.dates import time_zone
 from hydrofdi.records.description import FormatConfig, SamplesConfig, channel_mistakes, one_or_more
+from hydrofdi.records.times import time_zone
+from hydrofdi.settings.files import read_yaml, validated
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.validation import read_yaml, validated
 
 PORTS = {"mqtt": 1883, "mqtts": 8883, "opc.tcp": 4840}
 """Schemes of addresses → their usual ports."""

@@ -16,7 +16,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import GATHER, Position, StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.rows import UNENDED
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason

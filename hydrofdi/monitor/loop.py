@@ -19,9 +19,9 @@ from hydrofdi.monitor.machines import Kind, Machine, Outlets, Receiver
 from hydrofdi.monitor.opening import Sources
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.store import WHOLE, StateStore, WindowLog
-from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.streams import Chunk, Event, EventKind
-from hydrofdi.settings.readable import time_text
+from hydrofdi.records.times import FIRST_DATE
+from hydrofdi.settings.messages import time_text
 
 _log = logging.getLogger(__name__)
 

@@ -34,7 +34,7 @@ from hydrofdi.monitor.sources import (
     network_reason,
     usable,
 )
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, factor_to_si
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind

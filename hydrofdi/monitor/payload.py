@@ -14,13 +14,12 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import joined, malformed
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, Titled, columns_of, split_title
-from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.description import is_counts
 from hydrofdi.records.rows import runs
 from hydrofdi.records.streams import Chunk
-from hydrofdi.records.times import time_column
+from hydrofdi.records.times import time_column, unix_seconds
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import SI
 

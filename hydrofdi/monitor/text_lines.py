@@ -10,11 +10,11 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.payload import Lines, PayloadReader, SampleClock, stream_columns
 from hydrofdi.monitor.sources import Position, joined
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.columns import ReadColumn
-from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.rows import HEAD_HINT, RowReader, require_text, wrong_encoding
 from hydrofdi.records.streams import Chunk
+from hydrofdi.records.times import is_dated, unix_seconds
 from hydrofdi.settings.messages import counted
 
 

@@ -20,7 +20,7 @@ from hydrofdi.monitor.machines import SourceOf
 from hydrofdi.monitor.mqtt import Message, MqttConnection
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import Inbox, Position, StreamSource, claimed
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 
 _MOST_UNACKNOWLEDGED = 2**16 - 1

@@ -1,21 +1,43 @@
-"""Evaluation and ranking of all scores of a study, and the detector of its best."""
+"""What a study shows: its scores, ranked, and the detector of the best; its charts; its estimates."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from statistics import NormalDist
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.detectors.rules import Rules
-from hydrofdi.detectors.scores.configuration import CHANGE
+from hydrofdi.config.request import RunRequest
+from hydrofdi.config.study import OnlineConfig, WatchedChart
+from hydrofdi.detectors.charts import AlarmLimit, Chart, FalseAlarms, delays
+from hydrofdi.detectors.rules import CHANGE, Rules, make_chart
+from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.detectors.trained.configuration import stated_indicators
-from hydrofdi.evaluation.rates import confidence_text, simultaneous_confidence
-from hydrofdi.evaluation.scores import Kind
+from hydrofdi.errors import NotStatedError, ReportError
+from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_confidence
+from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
+from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.reading import read_study, within
-from hydrofdi.studies.records import Detection, Judgement, Scored, StudyRecords, pareto_set, ranked
+from hydrofdi.studies.reading import needed_channels, read_study, within
+from hydrofdi.studies.records import (
+    ChartJudgement,
+    Detection,
+    Judgement,
+    LeakDelay,
+    Scored,
+    StudyRecords,
+    pareto_set,
+    ranked,
+)
+from hydrofdi.units import convert
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:
@@ -98,3 +120,266 @@ def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules:
     used = dict.fromkeys(name.partition(".")[0] for name in names)
     indicators = stated_indicators({label: made[label] for label in used}, in_full=True)
     return settings | {"indicators": indicators, "score": scored.made_by.model_dump(mode="json")}
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """Score over time of records, without the initial transient of its estimator.
+
+    Attributes
+    ----------
+    records : StudyRecords
+        Records of the traces.
+    values : ndarray, shape (n_record, n_instant)
+        [unit]; NaN after the estimator diverged.
+    time : ndarray, shape (n_instant,)
+        Instants [s], on the clock of the records.
+    onset : ndarray, shape (n_record,)
+        Onset of the leak of a record [s]; NaN if it exists from the start.
+    flow : ndarray, shape (n_record,)
+        True mean leakage flow from the onset on [m³/s]; NaN if the run failed.
+    unit : str
+        SI.
+    direction : Direction
+        Direction of change of the score that means a leak.
+    """
+
+    records: StudyRecords
+    values: Array
+    time: Array
+    onset: Array
+    flow: Array
+    unit: str = "1"
+    direction: Direction = Direction.BOTH
+
+    @property
+    def interval(self) -> float:
+        """Time between instants [s]."""
+        return float(self.time[1] - self.time[0])
+
+    @property
+    def sets_in(self) -> NDArray[np.bool_]:
+        """Whether the onset of the leak is within the watched time, shape (n_record,)."""
+        is_watched = (self.onset > self.time[0]) & (self.onset < self.time[-1])
+        return np.asarray(is_watched & np.isfinite(self.flow))
+
+
+def read_traces(data: ExperimentData, records: StudyRecords, watched: str) -> Traces:
+    """Read the traces of a score in a design of a stored study."""
+    label = watched.partition(".")[0]
+    indicator = data.indicators[label]
+    stored = data.columns.get(f"{watched}_trace")
+    if stored is None or not isinstance(indicator, RecursiveIndicator):
+        raise ReportError(f"{data.path}: contains no trace of {watched}; sweep again")
+    request = data.experiment.nominal_parameters.with_values(records.design)
+    time = watched_instants(indicator, request)
+    if time.size < 2:
+        raise ReportError(f"the trace of {watched} ends before its transient is over")
+    is_constant = np.array([kind == "constant" for kind in data.values("leakage.onset")])
+    onsets = np.where(is_constant, np.nan, np.array(data.values("leakage.onset_time"), dtype=float))
+    rows, onset = records.runs, onsets[records.runs]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # The stored mean flow is over the whole record, also before the onset.
+        share = 1.0 - np.where(np.isnan(onset), 0.0, onset) / request.record.duration
+        flow = data.columns[MEAN_LEAKAGE_FLOW][rows] / share
+    score = indicator.estimates[0]
+    return Traces(
+        records,
+        np.asarray(stored[rows], dtype=float)[:, indicator.n_instant - time.size : indicator.n_instant],
+        time,
+        onset,
+        flow,
+        score.unit,
+        Direction.BOTH if score.direction is None else score.direction,
+    )
+
+
+def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) -> Array:
+    """Instants of a stored trace after its transient [s], on the clock of the whole record."""
+    frequency = request.record.sampling_frequency
+    instants = indicator.trace_instants(frequency)
+    # An instant at the end of the transient counts, whatever its last bit.
+    settled = instants[instants >= indicator.options.transient - 1e-9]
+    return np.asarray(settled + request.n_discarded / frequency)
+
+
+_SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
+
+
+def judge_chart(
+    traces: Traces, label: str, asked: WatchedChart, online: OnlineConfig, rules: Rules
+) -> Iterator[ChartJudgement]:
+    """Evaluate a chart at each of its limits. Healthy fit records set the limits and are never tested."""
+    records, confidence = traces.records, rules.confidence
+    chart = make_chart(asked.chart, {"direction": traces.direction} | asked.options)
+    (fit,) = records.chosen(Kind.HEALTHY, is_fit=True)
+    every = online.false_alarm_every
+    blank = [ChartJudgement(label, asked.of, asked.chart, traces.unit, each) for each in every]
+    try:
+        centre, spread = healthy_scale(traces.values[records.rows(fit)])
+    except NotStatedError as refusal:
+        yield from (replace(each, refusals=(str(refusal),)) for each in blank)
+        return
+    scores = (traces.values - centre) / spread
+    fitted = FalseAlarms(chart, scores[records.rows(fit)], traces.interval)
+    for each in blank:
+        try:
+            limit = fitted.limit(each.false_alarm_every, confidence=confidence)
+        except NotStatedError as refusal:
+            yield replace(each, refusals=(str(refusal),))
+            continue
+        found, refusals = dict[Population, AlarmLimit](), []
+        for population in (tested for kind in _SOUND for tested in records.chosen(kind, is_fit=False)):
+            try:
+                of = FalseAlarms(chart, scores[records.rows(population)], traces.interval)
+                found[population] = of.at(limit.value, confidence=confidence)
+            except NotStatedError as refusal:
+                refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
+        yield replace(
+            each,
+            centre=centre,
+            spread=spread,
+            limit=limit,
+            false_alarms=found,
+            delays=tuple(_delays(traces, scores, chart, limit, rules)),
+            refusals=tuple(refusals),
+        )
+
+
+def _delays(
+    traces: Traces, scores: Array, chart: Chart[Any], limit: AlarmLimit, rules: Rules
+) -> Iterator[LeakDelay]:
+    """Delays of leaks with an onset while watched; none if leaks exist from the start."""
+    for population in traces.records.chosen(Kind.FAULT, is_fit=False):
+        rows = traces.records.rows(population)
+        rows = rows[traces.sets_in[rows]]
+        if not rows.size:
+            continue
+        onset = traces.onset[rows]
+        found = delays(chart, limit.value, scores[rows], traces.time, onset)
+        yield LeakDelay(
+            population,
+            float(np.mean(traces.flow[rows])),
+            int(np.isfinite(found.values).sum()),
+            rows.size,
+            int(found.n_early.sum()),
+            found.not_measurable,
+            float(traces.time[-1] - onset.max()),
+            found.quantile(0.5, confidence=rules.confidence),
+            found.quantile(rules.probability, confidence=rules.confidence),
+        )
+
+
+def judge_charts(data: ExperimentData, records: StudyRecords) -> Iterator[ChartJudgement]:
+    """Evaluate the charts of a design of a stored study.
+
+    Charts on indicators that need sensors which the machine does not have are omitted.
+    """
+    detection = data.experiment.detection
+    if (online := detection.online) is None:
+        return
+    for label, asked in online.charts.items():
+        indicator = data.indicators[asked.of.partition(".")[0]]
+        if not detection.sensors or set(needed_channels(indicator)) <= set(detection.sensors):
+            yield from judge_chart(read_traces(data, records, asked.of), label, asked, online, detection)
+
+
+TRUTHS = {"internal_coefficient": LEAKAGE_COEFFICIENT, "bulk_modulus": BULK_MODULUS}
+"""Output of an indicator → variable of the file with the true value of each run."""
+
+ERROR = "_error"
+"""Suffix of the output that contains the stated standard deviation of an estimate."""
+
+FAULTS = "faults"
+"""Name of the combination of all leaking test records."""
+
+
+REFERENCE_PRESSURE = 8e6
+"""Pressure difference at which K_i is shown as a flow [Pa]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """Evaluated estimates of a design.
+
+    Attributes
+    ----------
+    rows : tuple of dict
+        For each estimate and population: mean error, standard deviation of the errors, root mean square of
+        the stated deviations, and the share of records whose stated interval contains the true value.
+    has_constant_leaks : bool
+        Whether leaks exist from the start; leaks with a later onset are excluded.
+    without_deviation : tuple of str
+        Estimates without a stated standard deviation, which are not evaluated.
+    """
+
+    rows: tuple[dict[str, Any], ...]
+    confidence: float
+    has_constant_leaks: bool = True
+    without_deviation: tuple[str, ...] = ()
+
+
+def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
+    """Evaluate every estimate of a design of a stored study, on test records and shifts.
+
+    Leaks with a later onset are excluded, and so is β if it is not constant: such records have no single true
+    value.
+    """
+    confidence = data.experiment.detection.confidence
+    is_constant = data.experiment.leakage.onset == "constant"
+    populations = {
+        each.name: records.rows(each)
+        for kind in (Kind.HEALTHY, Kind.SHIFT)
+        for each in records.chosen(kind, is_fit=False)
+    }
+    if is_constant and (faults := records.chosen(Kind.FAULT, is_fit=False)):
+        populations[FAULTS] = np.sort(np.concatenate([*map(records.rows, faults)]))
+    found, without = [], []
+    for name in data.columns:
+        label, _, quantity = name.rpartition(".")
+        has_truth = quantity == "internal_coefficient" or data.experiment.fluid.is_constant
+        if not label or quantity not in TRUTHS or not has_truth:
+            continue
+        if (stated := data.columns.get(f"{name}{ERROR}")) is None:
+            without.append(name)
+            continue
+        columns = (data.columns[TRUTHS[quantity]], data.columns[name], stated)
+        truth, estimate, deviation = (np.asarray(own[records.runs], dtype=float) for own in columns)
+        scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
+        error, deviation = (estimate - truth) / scale, deviation / scale
+        found += [
+            _row(label, quantity, population, error[rows], deviation[rows], confidence)
+            for population, rows in populations.items()
+        ]
+    return Estimates(tuple(found), confidence, is_constant, tuple(without))
+
+
+def _row(
+    label: str, quantity: str, population: str, error: Array, stated: Array, confidence: float
+) -> dict[str, Any]:
+    known = np.isfinite(error) & np.isfinite(stated)
+    width = NormalDist().inv_cdf(0.5 + confidence / 2.0)
+    covered = alarm_rate(np.where(known, np.abs(error) <= width * stated, np.nan), confidence=confidence)
+    own, deviations, n = error[known], stated[known], int(known.sum())
+    numbers = {
+        "mean_error": float(own.mean()) if n else None,
+        "deviation": float(own.std(ddof=1)) if n > 1 else None,
+        "stated_deviation": float(np.sqrt(np.mean(np.square(deviations)))) if n else None,
+    }
+    is_modulus = quantity == "bulk_modulus"
+    unit = "percent" if is_modulus else "L_per_min"
+
+    def shown(value: float) -> float:
+        return 100.0 * value if is_modulus else convert(value * math.sqrt(REFERENCE_PRESSURE), "L/min")
+
+    return {
+        "indicator": label,
+        "quantity": "bulk_modulus" if is_modulus else "leakage",
+        "population": population,
+        "n": n,
+        "not_measurable": int((~known).sum()),
+        **{f"{name}_{unit}": None if each is None else shown(each) for name, each in numbers.items()},
+        "covered": covered.value if n else None,
+        "covered_low": covered.low,
+        "covered_high": covered.high,
+    }

@@ -12,19 +12,20 @@ import numpy as np
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation import pod, roc
-from hydrofdi.evaluation.rates import (
-    HealthyPair,
-    Rate,
-    alarm_rate,
-    healthy_against_healthy,
-    left_out_outcomes,
-    simultaneous_confidence,
-)
+from hydrofdi.evaluation import pod, rates
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, suspicion
 from hydrofdi.evaluation.threshold import Threshold, records_needed
-from hydrofdi.studies.parts import Notes, Part, TestedLevels, part, quantile_name
-from hydrofdi.studies.records import Judgement, Level, Scored, StudyRecords
+from hydrofdi.studies.records import (
+    Judgement,
+    Level,
+    Notes,
+    Part,
+    Scored,
+    StudyRecords,
+    TestedLevels,
+    part,
+    quantile_name,
+)
 
 Reference = tuple[Part, Array | None, Callable[[Array], Array]]
 
@@ -99,20 +100,20 @@ class _Case:
     def part(self, populations: Collection[Population]) -> Part:
         return part(self.records, self.scored, populations)
 
-    def area(self, faulty: Part, reference: Reference) -> roc.Area | None:
+    def area(self, faulty: Part, reference: Reference) -> rates.Area | None:
         """Area under the ROC curve against the healthy records; over groups if there are enough of them."""
         healthy, below, of = reference
         if below is None or not faulty.scores.size:
             return None
-        state: Callable[..., roc.Area] = roc.area_under_curve
+        state: Callable[..., rates.Area] = rates.area_under_curve
         if healthy.groups is not None and faulty.groups is not None:
             n_group = len({*healthy.groups, *faulty.groups})
-            if n_group >= roc.FEWEST_GROUPS:
-                over_groups = roc.clustered_area if n_group >= roc.MANY_GROUPS else roc.grouped_area
+            if n_group >= rates.FEWEST_GROUPS:
+                over_groups = rates.clustered_area if n_group >= rates.MANY_GROUPS else rates.grouped_area
                 state = partial(over_groups, healthy_groups=healthy.groups, faulty_groups=faulty.groups)
             else:
                 self.notes.remarks.append(
-                    f"fewer than {roc.FEWEST_GROUPS} groups: intervals of areas assume independent records,"
+                    f"fewer than {rates.FEWEST_GROUPS} groups: intervals of areas assume independent records,"
                     " and are too short"
                 )
         return self.notes.unless_refused(
@@ -126,7 +127,7 @@ class _Case:
         learned = None
         if faulty.size:
             learned = self.notes.unless_refused(
-                lambda: roc.learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
+                lambda: rates.learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
             )
         if learned is None:
             self.notes.remarks.append(
@@ -134,35 +135,37 @@ class _Case:
             )
         return learned or Direction.BOTH
 
-    def false_alarms(self, threshold: Threshold, direction: Direction) -> dict[Population, Rate]:
+    def false_alarms(self, threshold: Threshold, direction: Direction) -> dict[Population, rates.Rate]:
         """The rates of all records without the fault that did not set the threshold."""
         tested = [
             population
             for kind in (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
             for population in self.records.chosen(kind, is_fit=False)
         ]
-        confidence = self.rules.confidence
-        rates = {population: self.part([population]).rate(threshold, confidence) for population in tested}
+        stated = {each: self.part([each]).rate(threshold, self.rules.confidence) for each in tested}
         if not any(population.kind is Kind.HEALTHY for population in tested):
-            rates = self._left_out(direction) | rates
-        return rates
+            stated = self._left_out(direction) | stated
+        return stated
 
-    def _left_out(self, direction: Direction) -> dict[Population, Rate]:
+    def _left_out(self, direction: Direction) -> dict[Population, rates.Rate]:
         """The rate of healthy fit records, each group at the threshold of the others."""
-        rule, rates = partial(self._threshold_of_others, direction=direction), dict[Population, Rate]()
+        rule, stated = partial(self._threshold_of_others, direction=direction), dict[Population, rates.Rate]()
         for population in self.records.chosen(Kind.HEALTHY, is_fit=True):
             own = self.part([population])
             if own.groups is None:
                 continue
-            outcomes = self.notes.unless_refused(partial(left_out_outcomes, own.scores, own.groups, rule))
+            outcomes = self.notes.unless_refused(
+                partial(rates.left_out_outcomes, own.scores, own.groups, rule)
+            )
             if outcomes is not None:
-                confidence = self.rules.confidence
-                rates[population] = alarm_rate(outcomes, groups=own.groups, confidence=confidence)
-        if rates:
+                stated[population] = rates.alarm_rate(
+                    outcomes, groups=own.groups, confidence=self.rules.confidence
+                )
+        if stated:
             self.notes.remarks.append(
                 "each healthy group is tested at the threshold of the other healthy groups"
             )
-        return rates
+        return stated
 
     def _threshold_of_others(self, scores: Array, direction: Direction) -> Threshold:
         try:
@@ -171,14 +174,14 @@ class _Case:
             reason = f"to test a healthy group, the others set the threshold: {refusal}"
             raise NotStatedError(reason, refusal.records_needed) from None
 
-    def healthy_pairs(self, fit: Part, direction: Direction) -> tuple[HealthyPair, ...]:
+    def healthy_pairs(self, fit: Part, direction: Direction) -> tuple[rates.HealthyPair, ...]:
         """Every healthy group of labelled records against every other."""
         if not self.records.is_labelled or fit.groups is None or len(set(fit.groups)) < 2:
             return ()
         rule = partial(self.rules.set_threshold, direction=direction)
-        return healthy_against_healthy(fit.scores, fit.groups, rule, confidence=self.rules.confidence)
+        return rates.healthy_against_healthy(fit.scores, fit.groups, rule, confidence=self.rules.confidence)
 
-    def floor(self, false_alarms: Mapping[Population, Rate]) -> float | None:
+    def floor(self, false_alarms: Mapping[Population, rates.Rate]) -> float | None:
         """False-alarm rate measured on healthy records; None if no healthy record was tested."""
         healthy = [rate for each, rate in false_alarms.items() if each.kind is Kind.HEALTHY and rate.total]
         if not healthy:
@@ -212,12 +215,12 @@ class _Case:
 
 
 def _counted(
-    false_alarms: Mapping[Population, Rate], levels: Sequence[Level], rules: Rules
+    false_alarms: Mapping[Population, rates.Rate], levels: Sequence[Level], rules: Rules
 ) -> dict[Population, int]:
     """Populations with too few records for a rate."""
     detected = {level.population: level.detected for level in levels if level.detected is not None}
     parts = ((false_alarms, rules.records_for_false_alarms), (detected, rules.records_for_detection))
-    return {each: needed for rates, needed in parts for each, rate in rates.items() if rate.total < needed}
+    return {each: needed for of, needed in parts for each, rate in of.items() if rate.total < needed}
 
 
 SIGNIFICANCE = 0.05
@@ -295,7 +298,7 @@ def _smallest(
     """Estimates from the curve, or else from the levels; bounds from the curves that are used."""
     confidences = {"q90_95": rules.confidence}
     if n_tried > 1:
-        confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, n_tried)
+        confidences["q90_95_of_all"] = rates.simultaneous_confidence(rules.confidence, n_tried)
     bounds: dict[str, pod.DetectableSeverity] = {}
     for name, confidence in confidences.items():
         bound = notes.unless_refused(

@@ -1,9 +1,9 @@
-"""Reading of stored studies: records, scores and combined scores of each design, and what is left out."""
+"""Studies as records and scores: of stored runs, and of measured records with labels and groups."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.runs import study_roles
 from hydrofdi.config.study import DetectionConfig, StudyTable
-from hydrofdi.detectors.rules import make_score, score_kind
-from hydrofdi.detectors.scores.configuration import CHANGE, ScoreConfig, belongs, combined_numbers
+from hydrofdi.detectors.rules import CHANGE, ScoreConfig, belongs, combined_numbers, make_score, score_kind
 from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores, has_extra, known_numbers
-from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.scores import Kind
-from hydrofdi.indicators import Indicator
+from hydrofdi.errors import ConfigError, Issue, NotStatedError, ReportError
+from hydrofdi.evaluation.scores import Array, Kind, Population
+from hydrofdi.indicators import Indicator, Output
+from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.folder import read_costs
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
@@ -34,11 +34,10 @@ def within(scored: Scored, sensors: Collection[str]) -> bool:
     return not sensors or set(scored.channels) <= set(sensors)
 
 
-def asks_for_extra(detection: DetectionConfig) -> bool:
-    """Whether any score of a study needs scikit-learn."""
-    return detection.usual_scores or any(
-        score_kind(score.kind).needs_extra for score in detection.scores.values()
-    )
+def uses_extra(detection: DetectionConfig) -> bool:
+    """Whether any score of a study needs scikit-learn, which is installed."""
+    kinds = (score.kind for score in detection.scores.values())
+    return (detection.usual_scores or any(score_kind(kind).needs_extra for kind in kinds)) and has_extra()
 
 
 _SEVERITIES = {
@@ -145,18 +144,16 @@ def _measured(data: ExperimentData) -> Iterator[Scored]:
         channels, note = needed_channels(indicator), _why_not_measured(data, label)
         for output in (output for output in indicator.outputs if output.is_score):
             values = data.columns.get(f"{label}.{output.name}", np.empty(0))
-            for place in np.ndindex(values.shape[1:]) if values.size else ():
-                yield Scored(
-                    f"{label}.{output.name}{''.join(f'[{part}]' for part in place)}",
-                    np.asarray(values[(slice(None), *place)], dtype=float),
-                    channels,
-                    output.unit,
-                    output.long_name,
-                    output.direction,
-                    costs.get(label),
-                    note,
-                    indicator.name,
-                )
+            for number in _numbers(f"{label}.{output.name}", values, channels, output) if values.size else ():
+                yield replace(number, cost=costs.get(label), note=note, indicator=indicator.name)
+
+
+def _numbers(name: str, values: Array, channels: tuple[str, ...], output: Output) -> Iterator[Scored]:
+    """Each number of an output, whose values have the shape (n_record, …)."""
+    for index in np.ndindex(values.shape[1:]):
+        own = np.asarray(values[(slice(None), *index)], dtype=float)
+        full = f"{name}{''.join(f'[{part}]' for part in index)}"
+        yield Scored(full, own, channels, output.unit, output.long_name, output.direction)
 
 
 def needed_channels(indicator: Indicator[Any]) -> tuple[str, ...]:
@@ -333,3 +330,113 @@ def _before(records: StudyRecords) -> NDArray[np.intp] | None:
     # Of several earlier records of an actuator the last counts.
     row_of_group = {records.groups[row]: row for row in rows}
     return np.array([row_of_group.get(group, NONE) for group in records.groups], dtype=np.intp)
+
+
+SEED = 0
+"""Seed of the random split of healthy records without groups."""
+
+
+def measured_study(
+    columns: Sequence[MeasuredOutput],
+    measured: Iterable[RecordMeasures],
+    healthy: Collection[str],
+    severity: Mapping[str, float],
+) -> StudyDesign:
+    """Build a study of healthy and faulty records from their labels.
+
+    With groups, all healthy records are fit records, and each healthy group is tested at the threshold of the
+    others. With fewer than two healthy groups, healthy records are split into random halves, with a remark.
+
+    Parameters
+    ----------
+    measured : iterable of RecordMeasures
+        Measured records; rejected records and records without a label are omitted.
+    healthy : collection of str
+        Labels of healthy records; all others are faulty.
+    severity : mapping of str to float
+        Label → severity of the fault [m³/s], if known.
+    """
+    labelled = [record for record in measured if record.label and not record.is_rejected]
+    found = dict.fromkeys(record.label for record in labelled)
+    if not found:
+        raise ConfigError("no record has a label; set 'label:' in the description")
+    if not healthy:
+        raise ConfigError(f"{WHICH}; found {', '.join(map(repr, sorted(found)[:10]))}")
+    require_labels((("healthy", label) for label in healthy), found)
+    is_healthy = np.array([record.label in healthy for record in labelled])
+    groups = _groups(labelled)
+    has_groups = groups is not None and len({groups[row] for row in np.flatnonzero(is_healthy)}) > 1
+    faults = {
+        label: Population(label, Kind.FAULT, severity=severity.get(label, 0.0))
+        for label in found
+        if label not in healthy
+    }
+    fit = Population("healthy" if has_groups else "healthy (fit)", Kind.HEALTHY, is_fit=True)
+    tested = () if has_groups else (Population("healthy", Kind.HEALTHY),)
+    populations = (fit, *tested, *faults.values())
+    of_label = {label: populations.index(fault) for label, fault in faults.items()}
+    of_record = np.array([of_label.get(record.label, 0) for record in labelled], dtype=np.intp)
+    if not has_groups:
+        rows = np.random.default_rng(SEED).permutation(np.flatnonzero(is_healthy))
+        of_record[rows[: rows.size // 2]] = 1
+    known = {**severity, **dict.fromkeys(healthy, 0.0)}
+    severities = np.array([known.get(record.label, np.nan) for record in labelled])
+    remarks = [*([] if has_groups else [_split_remark(groups)]), *_confounded(groups, is_healthy)]
+    records = StudyRecords(
+        populations, of_record, severities, groups=groups, remarks=tuple(remarks), is_labelled=True
+    )
+    return StudyDesign(records, tuple(_scores(columns, labelled)))
+
+
+WHICH = "which records are healthy? State it: --healthy LABEL, or 'healthy: [LABEL]' in the description"
+
+
+def require_labels(stated: Iterable[tuple[str, str]], found: Collection[str]) -> None:
+    """Check that records have every label that is stated."""
+    known = sorted({*found} - {""})
+    names = ", ".join(map(repr, known[:10])) or "none"
+    mistakes = [
+        Issue(f"no record has the label {label!r}; found {names}{similar(label, known)}", key)
+        for key, label in stated
+        if label not in found
+    ]
+    if mistakes:
+        raise ConfigError(mistakes)
+
+
+def _groups(records: Sequence[RecordMeasures]) -> tuple[str, ...] | None:
+    """Groups of records; a record without a group is its own group."""
+    if not any(record.group for record in records):
+        return None
+    return tuple(record.group or f"record {record.record_id}" for record in records)
+
+
+def _split_remark(groups: Sequence[str] | None) -> str:
+    why = "no record has a group" if groups is None else "there is only one healthy group"
+    return (
+        f"{why}: healthy records are split into random halves (seed {SEED}): one sets thresholds, the other"
+        " is tested; false alarms on another unit or day are unknown"
+    )
+
+
+def _confounded(groups: Sequence[str] | None, is_healthy: NDArray[np.bool_]) -> Iterator[str]:
+    if groups is None or is_healthy.all():
+        return
+    healthy = {group for group, is_sound in zip(groups, is_healthy, strict=True) if is_sound}
+    faulty = {group for group, is_sound in zip(groups, is_healthy, strict=True) if not is_sound}
+    if not healthy & faulty:
+        yield (
+            "no group has both healthy and faulty records: they may differ only by unit or day;"
+            " compare areas with those of healthy groups against each other"
+        )
+
+
+def _scores(columns: Sequence[MeasuredOutput], records: Sequence[RecordMeasures]) -> Iterator[Scored]:
+    """All numbers that at least one record has."""
+    for column in (column for column in columns if column.output.is_score):
+        nothing = np.full(tuple(column.output.dims.values()), np.nan)
+        values = np.array([record.values.get(column.name, nothing) for record in records], dtype=float)
+        channels = tuple(channel.value for channel in column.channels)
+        for number in _numbers(column.name, values, channels, column.output):
+            if np.isfinite(number.values).any():
+                yield replace(number, unit=column.unit)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.check import calibrate, select_runs
+from hydrofdi.api.sweeps import calibrate
 from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.execution.checking import select_runs
 from hydrofdi.physics.leakage import internal_leakage_flow
 from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.simulation.batch import simulate_batch

@@ -6,14 +6,14 @@ import sys
 import pytest
 
 import hydrofdi
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.execution import InProcessEngine
+from hydrofdi.engine import InProcessEngine
 from hydrofdi.execution.checks import STUDY_RULES, other_machines, said, without_results
+from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.papers import make_report
 from hydrofdi.quality.machine import long_steps
-from hydrofdi.settings.ready import ready_names
+from hydrofdi.settings.files import ready_names
+from hydrofdi.store.results import read_results
 
 STUDY = """
 name: few

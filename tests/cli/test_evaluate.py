@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from hydrofdi.detectors.rules import Rules, make_score
-from hydrofdi.evaluation.roc import area_under_curve
+from hydrofdi.evaluation.rates import area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored, StudyRecords

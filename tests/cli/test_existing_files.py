@@ -13,8 +13,8 @@ import pytest
 import typer.main
 
 import hydrofdi
-from hydrofdi.api.detectors.training import setting_keys
 from hydrofdi.cli.app import application
+from hydrofdi.detectors.trained.request import setting_keys
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.shards import content_digest
 from hydrofdi.tables.table import Column, Table

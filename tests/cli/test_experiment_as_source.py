@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hydrofdi
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import HydrofdiError
+from hydrofdi.execution.simulated import SimulatedRecords
 from tests.commands import run, run_json
 
 MANY = """

@@ -14,14 +14,15 @@ from tests.commands import COMMAND, run_hydrofdi
 LOADING = """
 import sys
 from hydrofdi.cli.app import main
+INNER = ("hydrofdi.papers.", "hydrofdi.execution.")
 TABLE = {f"hydrofdi.report{name}" for name in ("", ".table", ".answer")}
 try:
     main()
 except SystemExit as end:
     names = {name.removeprefix("hydrofdi.").split(".")[0] for name in sys.modules if name not in TABLE}
     commands = {name.split(".")[-1] for name in sys.modules if name.startswith("hydrofdi.cli.")}
-    of_papers = {name.removeprefix("hydrofdi.") for name in sys.modules if "hydrofdi.papers." in name}
-    sys.stderr.write(f"{end.code} {' '.join(names | of_papers | {f'cli.{name}' for name in commands})}\\n")
+    inner = {name.removeprefix("hydrofdi.") for name in sys.modules if name.startswith(INNER)}
+    sys.stderr.write(f"{end.code} {' '.join(names | inner | {f'cli.{name}' for name in commands})}\\n")
 """
 
 COMPILERS = {"numba", "llvmlite"}
@@ -39,7 +40,7 @@ def _loaded(folder, *arguments):
 
 STUDIES = {"studies", "monitor", "cli.live", "cli.sweep"}
 SAYING = {"report", "papers", "rich"}
-RUNNING = {"execution", "sensing", "compilation"}
+RUNNING = {"execution.compute", "sensing", "compilation"}
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from hydrofdi.detectors.charts import Delays, FalseAlarms, delays, members, operations
 from hydrofdi.detectors.rules import chart_names, make_chart
-from hydrofdi.detectors.run_lengths import Delays, FalseAlarms, delays, members, operations
 from hydrofdi.errors import NotStatedError
 
 SHORT = {"glr": {"window": 20}}

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.records import RecordBatch
 from tests.machines import SHEET, TINY, sections_of
 

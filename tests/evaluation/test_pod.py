@@ -9,16 +9,17 @@ from scipy.special import ndtr, ndtri
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import (
+    Response,
     isotonic,
     lack_of_fit,
     last_shown,
     log_likelihood,
     probability_of_detection,
+    relative_spread,
     smallest_detectable,
     tally,
 )
 from hydrofdi.evaluation.rates import clopper_pearson
-from hydrofdi.evaluation.sensitivity import Response, relative_spread
 from tests.evaluation.repeats import holds_at_least, holds_in
 
 LEVELS = np.logspace(-2.0, 0.0, 9)

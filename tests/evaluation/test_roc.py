@@ -12,8 +12,17 @@ from scipy.stats import binomtest, t
 from sklearn import metrics
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.rates import alarm_rate, clopper_pearson, healthy_against_healthy, left_out_outcomes
-from hydrofdi.evaluation.roc import area_under_curve, clustered_area, grouped_area, placements, roc_curve
+from hydrofdi.evaluation.rates import (
+    alarm_rate,
+    area_under_curve,
+    clopper_pearson,
+    clustered_area,
+    grouped_area,
+    healthy_against_healthy,
+    left_out_outcomes,
+    placements,
+    roc_curve,
+)
 from hydrofdi.evaluation.threshold import quantile_threshold, tolerance_threshold
 from tests.evaluation.repeats import holds_at_least, holds_in
 

@@ -8,7 +8,7 @@ from scipy.special import ndtr
 from scipy.stats import beta, binom, genpareto
 
 from hydrofdi.errors import HydrofdiError, NotStatedError
-from hydrofdi.evaluation.roc import learned_direction
+from hydrofdi.evaluation.rates import learned_direction
 from hydrofdi.evaluation.scores import Direction, suspicion
 from hydrofdi.evaluation.threshold import (
     GeneralisedPareto,

@@ -9,17 +9,16 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
+from hydrofdi.detectors.charts import delays
 from hydrofdi.detectors.rules import Rules, make_chart
-from hydrofdi.detectors.run_lengths import delays
 from hydrofdi.evaluation.pod import Tally, interpolated_level, lack_of_fit, probability_of_detection
-from hydrofdi.evaluation.roc import Area, area_under_curve
+from hydrofdi.evaluation.rates import Area, area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population, comparable
 from hydrofdi.evaluation.threshold import quantile_threshold, records_needed
 from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval
 from hydrofdi.report.responses import fifths, rank_correlation
 from hydrofdi.studies.judging import detectability
-from hydrofdi.studies.parts import Notes, Part
-from hydrofdi.studies.records import Judgement, Level, Scored, ranked
+from hydrofdi.studies.records import Judgement, Level, Notes, Part, Scored, ranked
 from tests.evaluation.test_pod import hits
 
 

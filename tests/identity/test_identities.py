@@ -7,12 +7,12 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi.api.stored import rows_named
 from hydrofdi.config import RunSpec, expand_runs, load_experiment
 from hydrofdi.config.experiment import Analysis, IndicatorChoice
 from hydrofdi.config.request import RECORD_SECTIONS, RunParameters, RunRequest, parameter_names
 from hydrofdi.config.runs import record_identities, record_identity, run_identities, run_identity
 from hydrofdi.errors import StoreError
+from hydrofdi.store.results import rows_named
 from hydrofdi.transforms.configuration import WaveletConfig
 
 

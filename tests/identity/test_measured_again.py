@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrofdi.api.folders import verify, why
-from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.sources import open_records
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
+from hydrofdi.api.sweeps import verify, why
 from hydrofdi.config import load_experiment
+from hydrofdi.engine import InProcessEngine
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution import InProcessEngine
+from hydrofdi.execution.plan import plan_sweep
+from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.indicators.selection import TAKEN, of_machine
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.store.layout import names
+from hydrofdi.store.results import read_results
 from hydrofdi.store.shards import read_index
 from tests.commands import run_json
 from tests.conftest import sweep_in

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.scores.configuration import load_scores
+from hydrofdi.detectors.rules import load_scores
 from hydrofdi.indicators import indicator_names, load_indicators, make_indicators, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.indicators.registry import describe, indicator_kind

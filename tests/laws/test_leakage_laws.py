@@ -6,7 +6,7 @@ from free_motion import free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.api.check import calibrate
+from hydrofdi.api.sweeps import calibrate
 from hydrofdi.config import load_experiment
 from hydrofdi.physics.hydraulic_mode import blended_conductance, laminar_conductance
 from hydrofdi.physics.leakage import blended_leakage_flow, internal_leakage_flow, laminar_leakage_flow

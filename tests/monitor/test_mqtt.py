@@ -19,7 +19,7 @@ from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, 
 from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.topics import Topics, TopicSource
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND, wait_until

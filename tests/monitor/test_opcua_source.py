@@ -19,7 +19,7 @@ from hydrofdi.monitor import opcua, sources
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
 from hydrofdi.monitor.sources import Inbox
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import EventKind
 from tests.monitor.brokers import free_port

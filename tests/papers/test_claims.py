@@ -13,14 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hydrofdi.api.stored import read_results
 from hydrofdi.config.experiment import ClaimId
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ModeGrid, claim_margins
 from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts, deviations
 from hydrofdi.report.figures import draw_figure
-from hydrofdi.report.forms.page import render_markdown
+from hydrofdi.report.page import render_markdown
 from hydrofdi.report.runs import run_table
 from hydrofdi.store.layout import names
+from hydrofdi.store.results import read_results
 from tests.commands import run_hydrofdi
 from tests.conftest import SMALL, sweep_in
 

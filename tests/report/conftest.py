@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
+from hydrofdi.store.results import read_results
 from hydrofdi.store.shards import FileSignals
 
 MADE_UP = """\

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.report.runs import run_table
 from hydrofdi.report.views import healthy_view
 from hydrofdi.store.layout import names
+from hydrofdi.store.results import read_results
 from tests.conftest import sweep_in
 
 VARIED = """\

@@ -13,12 +13,11 @@ from dataclasses import replace
 
 import pytest
 
-from hydrofdi.api.plan import plan_sweep
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
-from hydrofdi.engine import TaskFailure, _without_interrupts
+from hydrofdi.engine import InProcessEngine, LocalPoolEngine, TaskFailure, _without_interrupts
 from hydrofdi.errors import StoreError, SweepInterrupted
-from hydrofdi.execution import InProcessEngine, LocalPoolEngine
+from hydrofdi.execution.plan import plan_sweep
+from hydrofdi.execution.sweeping import run_sweep
 from tests.commands import COMMAND, run, run_json
 from tests.runner.processes import computing, kill, nobody_left, says, shards, start, wait_until, workers
 
@@ -274,7 +273,7 @@ def test_ctrl_c_within_the_library_of_files_is_still_ctrl_c(tmp_path, monkeypatc
         except KeyboardInterrupt:
             raise StoreError("FastRLock.__exit__ returned a result with an exception set") from None
 
-    monkeypatch.setattr("hydrofdi.api.sweep.write_experiment", interrupted_library)
+    monkeypatch.setattr("hydrofdi.execution.sweeping.write_experiment", interrupted_library)
     with pytest.raises(SweepInterrupted):
         run_sweep(
             load_experiment({"name": "one", "record": {"duration": "2 s"}}), tmp_path, InProcessEngine()

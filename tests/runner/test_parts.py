@@ -7,11 +7,11 @@ import signal
 import pytest
 
 import hydrofdi
-from hydrofdi.api.plan import Part, plan_sweep
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
+from hydrofdi.engine import InProcessEngine
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.execution import InProcessEngine
+from hydrofdi.execution.plan import Part, plan_sweep
+from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.store.folder import Failure, experiment_lock, read_failures, read_provenance, write_failure
 from tests.commands import run, run_json
 from tests.runner.processes import shards, start, wait_until

@@ -4,9 +4,10 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi import execution, sensing
 from hydrofdi.config import RunParameters, RunSpec, load_experiment, request
 from hydrofdi.errors import ConfigError
+from hydrofdi.execution import compute
+from hydrofdi.simulation import sensing
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
 from tests import machines
@@ -29,8 +30,8 @@ def run_with(*settings):
 
 
 def columns_of(runs, coefficients):
-    return execution.compute_columns(
-        [execution.Job.of(RunSpec(run), "run", K_i) for run, K_i in zip(runs, coefficients, strict=True)]
+    return compute.compute_columns(
+        [compute.Job.of(RunSpec(run), "run", K_i) for run, K_i in zip(runs, coefficients, strict=True)]
     )
 
 

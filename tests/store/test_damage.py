@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrofdi.api.stored import read_results
 from hydrofdi.errors import StoreError
 from hydrofdi.report.composition import Report
 from hydrofdi.report.runs import run_table
 from hydrofdi.store.experiment_file import read_experiment
 from hydrofdi.store.layout import names
+from hydrofdi.store.results import read_results
 from hydrofdi.store.shards import read_index
 from tests.commands import run, run_json
 from tests.conftest import sweep_in

@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import collect
+from hydrofdi.api.sweeps import collect
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
 from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.config.runs import run_identity
-from hydrofdi.execution import Batch, Job, compute_columns
-from hydrofdi.execution.compute import compute_shard
+from hydrofdi.execution.compute import Batch, Job, compute_columns, compute_shard
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.store.folder import write_request
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import StoredRecords
+from hydrofdi.store.results import read_results
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.commands import run_json
 from tests.conftest import sweep_in

@@ -14,15 +14,15 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import StoreError
+from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.store import records
 from hydrofdi.store.folder import file_lock
 from hydrofdi.store.records import StoredRecords
+from hydrofdi.store.results import read_results
 from tests.conftest import sweep_in
 
 MUSEUM = Path(__file__).parent.parent / "museum" / "format_4_physics_3"

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
+from hydrofdi.engine import InProcessEngine
 from hydrofdi.evaluation.scores import Direction, Kind, Population
-from hydrofdi.execution import InProcessEngine
+from hydrofdi.execution.sweeping import run_sweep
+from hydrofdi.store.results import read_results
 from hydrofdi.studies.records import Scored, StudyRecords
 
 FIT = Population("healthy (fit)", Kind.HEALTHY, is_fit=True)

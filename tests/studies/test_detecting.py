@@ -7,17 +7,15 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from hydrofdi.detectors.rules import Rules
-from hydrofdi.detectors.scores.configuration import ScoreConfig
+from hydrofdi.detectors.rules import Rules, ScoreConfig
 from hydrofdi.evaluation.pod import Tally, interpolated_level
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold
-from hydrofdi.studies import parts
+from hydrofdi.studies import records as parts
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judging import detectability
-from hydrofdi.studies.parts import Notes, Part
 from hydrofdi.studies.reading import made_scores
-from hydrofdi.studies.records import Scored
+from hydrofdi.studies.records import Notes, Part, Scored
 from tests.evaluation.repeats import holds_at_least
 from tests.studies.populations import FIT, LEVELS, TEST, rising, usual
 

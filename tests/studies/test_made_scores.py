@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.rules import Rules, make_score
-from hydrofdi.detectors.scores.configuration import ScoreConfig
+from hydrofdi.detectors.rules import Rules, ScoreConfig, make_score
 from hydrofdi.evaluation.scores import Direction, Kind
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.reading import made_scores, read_study

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population
-from hydrofdi.studies.parts import nuisances_of
+from hydrofdi.studies.records import nuisances_of
 from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, LITRES_PER_MINUTE, NOISE, study
 
 

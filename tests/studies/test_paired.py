@@ -14,8 +14,7 @@ from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
 from hydrofdi.records import Channel
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.measured import measured_study
-from hydrofdi.studies.reading import changes_since_before, read_study
+from hydrofdi.studies.reading import changes_since_before, measured_study, read_study
 from hydrofdi.studies.records import Scored, StudyRecords
 from tests.studies.populations import rows, stored
 

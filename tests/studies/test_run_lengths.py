@@ -9,7 +9,7 @@ from scipy.special import ndtri
 from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.studies.charts import Traces, judge_chart
+from hydrofdi.studies.detecting import Traces, judge_chart
 from tests.studies.populations import FIT, LEVELS, STIFFER, TEST, study
 
 SMALL, LARGE = LEVELS[0], LEVELS[-1]

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.execution import InProcessEngine, Job, compute_columns
-from hydrofdi.execution.compute import measured_columns
-from hydrofdi.report.run_lengths import estimates_block
+from hydrofdi.engine import InProcessEngine
+from hydrofdi.execution.compute import Job, compute_columns, measured_columns
+from hydrofdi.execution.sweeping import run_sweep
+from hydrofdi.report.detection.report import estimates_block
 from hydrofdi.store.layout.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
+from hydrofdi.store.results import read_results
+from hydrofdi.studies.detecting import judge_estimates
 from hydrofdi.studies.reading import read_study
-from hydrofdi.studies.truth import judge_estimates
 from tests.runner.processes import start
 
 STUDY = """

@@ -8,7 +8,7 @@ import pytest
 
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.request import parameter_names
-from hydrofdi.execution import Job, compute_columns
+from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.store.layout import names
 

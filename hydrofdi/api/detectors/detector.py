@@ -10,17 +10,17 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from hydrofdi.api.arguments import Names, names_of, path_of, refusal
-from hydrofdi.api.detectors.healthy_records import LeftOut, analysed_batches
-from hydrofdi.api.detectors.windows import watched, windows_table
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.detector import Detector as TrainedDetector
+from hydrofdi.detectors.trained.detector import Tally, judged_windows
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.judged import Tally, judged_windows
 from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
+from hydrofdi.detectors.trained.windows import watched, windows_table
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.settings.readable import percent
+from hydrofdi.settings.arguments import Names, names_of, path_of, refusal
+from hydrofdi.settings.messages import percent
 from hydrofdi.store.files import require_regular, write_whole_text
+from hydrofdi.studies.healthy import LeftOut, analysed_batches
 from hydrofdi.tables.table import Table
 
 if TYPE_CHECKING:
@@ -226,7 +226,7 @@ class Detector(TrainedDetector):
         """
         if not isinstance(chunks, Iterable):
             raise refusal("chunks", "chunks of samples, one after another", chunks)
-        return watched(self, chunks, Described(sampling_frequency, channel, unit))
+        return watched(self, chunks, Described(sampling_frequency).frequency, channel, unit)
 
     def monitor(
         self,

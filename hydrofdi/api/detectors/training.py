@@ -2,47 +2,38 @@
 
 from __future__ import annotations
 
-import logging
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
-from hydrofdi.api.arguments import Names, Texts, names_of, path_of
 from hydrofdi.api.detectors.detector import Detector, require_place
-from hydrofdi.api.detectors.healthy_records import HealthyRecords
-from hydrofdi.api.measuring import Indicators
-from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.api.stored import read_results
-from hydrofdi.detectors.rules import Promise
 from hydrofdi.detectors.trained import configuration
-from hydrofdi.detectors.trained.file import DetectorFile, Made, load_detector
+from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.request import (
+    config_of,
+    fleet_at,
+    options_of_machine,
+    require_same_score,
+    setting_keys,
+)
 from hydrofdi.detectors.trained.training import train as train_on
-from hydrofdi.errors import ConfigError, NotStatedError, ReportError
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Direction, comparable
-from hydrofdi.indicators import Indicator
+from hydrofdi.errors import ConfigError
+from hydrofdi.execution.simulated import SimulatedRecords
+from hydrofdi.indicators.overview import Indicators
 from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.report.detection.populations import n_computed_of
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.yaml_source import plain
+from hydrofdi.settings.arguments import Names, Texts, names_of, path_of
+from hydrofdi.settings.files import located, plain
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords
-from hydrofdi.studies.detecting import detector_settings, judge_study, winner
-from hydrofdi.studies.reading import within
-from hydrofdi.studies.records import found_from
+from hydrofdi.store.results import read_results
+from hydrofdi.studies.healthy import HealthyRecords
+from hydrofdi.studies.winner import winner_settings
 from hydrofdi.version import __version__
-
-_log = logging.getLogger(__name__)
-
-_MOST_NAMED = 5
 
 
 def train(
@@ -130,7 +121,7 @@ def train(
     """
     is_name = isinstance(indicator, str) and not located(path_of(indicator)).is_file()
     if indicator is not None and config is None and not is_name:
-        config, indicator = _config(indicator), None
+        config, indicator = config_of(indicator), None
     keys, given = setting_keys(), {"indicator": indicator} | settings
     stored = None
     if best:
@@ -142,14 +133,14 @@ def train(
             found = ", ".join(str(each) if isinstance(each, PathLike) else repr(each) for each in folders)
             raise ConfigError(f"best: expected the results folder of one study; found {found}")
         stored = read_results(place)
-        config = _winner(stored, names_of("sensors", sensors, "symbols of sensors"))
+        config = winner_settings(stored, names_of("sensors", sensors, "symbols of sensors"))
     elif sensors:
         raise ConfigError("sensors: is for best, the winner of a study")
     of_fleet = None
     if fleet is not None:
         if best or config is not None or indicator is not None:
             raise ConfigError("fleet: its file has the indicator and the settings; give no others")
-        of_fleet = _fleet(path_of(fleet))
+        of_fleet = fleet_at(path_of(fleet))
         settings_of = of_fleet.config.model_dump(mode="json")
         config = {key: value for key, value in settings_of.items() if value} | {
             "chart": None, "compensate": False, "accept": of_fleet.config.accept,
@@ -163,7 +154,7 @@ def train(
         },
     )
     if of_fleet is not None:
-        _require_same_score(stated, of_fleet.config)
+        require_same_score(stated, of_fleet.config)
     if out is not None:
         require_place(path_of(out))
     said = Described(sampling_frequency, channel, unit, label, group)
@@ -176,7 +167,7 @@ def train(
         for source in sources:
             of_fleet.require_machine(source.data_sheet, source.name)
     machine = of_machine(feature.indicators, sources)
-    records, stated = HealthyRecords(sources, labels), _of_machine(stated, machine)
+    records, stated = HealthyRecords(sources, labels), options_of_machine(stated, machine)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
     faulty = replace(records, is_faulty=True)
     names, fleet_name = [source.name for source in sources], "" if fleet is None else path_of(fleet).name
@@ -189,16 +180,6 @@ def train(
     return detector
 
 
-def _of_machine(
-    stated: configuration.DetectorConfig, made: Mapping[str, Indicator[Any]]
-) -> configuration.DetectorConfig:
-    """A detector whose options are those of indicators that were made for the machine of the records."""
-    if stated.score is None:
-        (options,) = (each.options.model_dump(exclude_unset=True) for each in made.values())
-        return stated.model_copy(update={"options": options})
-    return stated.model_copy(update={"indicators": stated.indicators | configuration.stated_indicators(made)})
-
-
 def _records_of(stored: ExperimentData, needed: Collection[Channel]) -> RecordSource:
     """The records of a study: its stored signals where they suffice, else simulated again."""
     store, name = stored.experiment.store, str(stored.path)
@@ -207,93 +188,3 @@ def _records_of(stored: ExperimentData, needed: Collection[Channel]) -> RecordSo
     if signals <= stored_signals(store.signals) and store.dtype == "float64":
         return StoredRecords(stored, name, needed)
     return SimulatedRecords(stored.experiment, name, needed)
-
-
-def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
-    """Settings of the winner of a study that needs no more than these sensors; all if none are named."""
-    missing = stored.n_run - n_computed_of(stored)
-    if missing:
-        raise ReportError(
-            f"{stored.path}: {counted(missing, 'run')} missing; sweep again to compute the rest"
-        )
-    try:
-        channels = [Channel(name.strip()) for each in sensors for name in each.split(",")]
-    except ValueError as error:
-        known = ", ".join(channel.symbol for channel in Channel)
-        raise ConfigError(f"sensors: {error}; known are {known}") from None
-    detection = judge_study(stored)[0]
-    best = winner(detection, channels)
-    with_these = f" with {', '.join(each.symbol for each in channels)}" if channels else ""
-    if channels and not any(within(each.scored, channels) for each in detection.judgements):
-        raise ConfigError(f"sensors: the study has no score{with_these} alone")
-    if best is None:
-        rules = detection.rules
-        n_fit, n_test = rules.records_for_threshold(Direction.BOTH), rules.records_for_false_alarms
-        raise NotStatedError(
-            f"{stored.path}: no score{with_these} is known to keep its false-alarm rate; to know it takes"
-            f" study.healthy: {{fit: {n_fit}, test: {n_test}, shift: {n_test}}} or more, and to keep it a"
-            " study.population that includes the shifts that are normal",
-            n_test,
-        )
-    better = [
-        each.scored.name
-        for each in detection.judgements
-        if each.keeps_its_rate is None
-        and comparable(found_from(each)) < comparable(found_from(best))
-        and within(each.scored, channels)
-    ]
-    if better:
-        _log.warning(
-            f"{best.scored.name} is the best score known to keep its false-alarm rate; undecided, as too few"
-            f" records test it, but better: {', '.join(better[:_MOST_NAMED])}"
-        )
-    if not found_from(best) < math.inf:
-        _log.warning(f"{best.scored.name} finds none of the tested leaks nine times in ten")
-    study, made_by = stored.experiment.study, best.scored.made_by
-    numbers = [best.scored.name] if made_by is None else [*made_by.of, *made_by.by]
-    is_drawn = study is not None and "wavelet.phase" in study.population.per_record
-    if is_drawn and any(number.startswith("dwt.") for number in numbers):
-        _log.warning(
-            f"{best.scored.name}: the study draws the start phase of the wavelet, windows of a detector all"
-            " start at one, so its rates may differ; wavelet: {phase: 0} in the study makes them equal"
-        )
-    return detector_settings(stored.experiment, best, detection.rules)
-
-
-def _fleet(path: Path) -> DetectorFile:
-    """The detector of a fleet, which has a summary of its machines."""
-    file = load_detector(path)
-    if file.fleet is None:
-        raise ConfigError(
-            f"{path}: is not a fleet: it needs {FEWEST_GROUPS} healthy machines or more, each a group or a"
-            " record with two windows or more"
-        )
-    return file
-
-
-def _require_same_score(stated: configuration.DetectorConfig, fleet: configuration.DetectorConfig) -> None:
-    """Check that settings beside a fleet only concern the false-alarm rate."""
-    free = {*Promise.model_fields, "chart", "compensate", "accept"}
-    for name in configuration.DetectorConfig.model_fields.keys() - free:
-        if getattr(stated, name) != getattr(fleet, name):
-            raise ConfigError(f"fleet: its file has {name}, so that the score is the same; leave it out")
-
-
-def setting_keys() -> dict[str, tuple[str, ...]]:
-    """Keyword of `train`, and option of the command → key of `DetectorConfig`."""
-    keys: dict[str, tuple[str, ...]] = {
-        name: ("window", name) for name in configuration.WindowConfig.model_fields if name != "channel"
-    }
-    keys["window"] = keys.pop("duration")
-    keys |= {name: ("chart", name) for name in ("chart", "false_alarm_every")}
-    return {name: (name,) for name in configuration.DetectorConfig.model_fields} | keys
-
-
-def _config(given: Indicators) -> str | PathLike[str] | Mapping[str, Any]:
-    """The configuration of a detector; labels with options, and lists of names, are its ``indicators``."""
-    if isinstance(given, str | PathLike):
-        return given
-    keys = {"indicators", "extends", *configuration.DetectorConfig.model_fields}
-    if isinstance(given, Mapping) and not keys.isdisjoint(given):
-        return given
-    return {"indicators": given}

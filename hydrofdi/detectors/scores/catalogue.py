@@ -9,23 +9,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from hydrofdi.detectors.scores.contract import (
-    FAR,
-    FROM_BOTH,
-    FROM_HEALTHY,
-    LEAST_RECORDS,
-    Flags,
-    LinearRule,
-    Rule,
-    Score,
-    Standardisation,
-    Whitening,
-    require_shape,
-    row_products,
-    scikit_learn,
-    standardisation,
-    whitening,
-)
+from hydrofdi.detectors.scores import contract
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.settings.quantities import SI, Section
@@ -43,14 +27,14 @@ class MahalanobisOptions(Section):
 class SquaredDistance:
     """Squared distance from the mean after whitening."""
 
-    white: Whitening
+    white: contract.Whitening
 
     def __call__(self, values: Array) -> Array:
         """Scores, shape (n_record,)."""
         return np.asarray(np.sum(np.square(self.white(values)), axis=1))
 
 
-class Mahalanobis(Score[MahalanobisOptions]):
+class Mahalanobis(contract.Score[MahalanobisOptions]):
     """Squared Mahalanobis distance from the mean of healthy records.
 
     (z − m)ᵀ C⁻¹ (z − m), C = (1 − δ) S + δ tr(S)/n I.
@@ -61,13 +45,13 @@ class Mahalanobis(Score[MahalanobisOptions]):
 
     name = "mahalanobis"
     summary = "Squared Mahalanobis distance from healthy records, with a shrunk covariance."
-    caution = FROM_HEALTHY
+    caution = contract.FROM_HEALTHY
     Trained = SquaredDistance
     Options = MahalanobisOptions
 
-    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+    def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit mean and covariance of healthy records."""
-        return SquaredDistance(whitening(values, self.name, self.options.shrinkage))
+        return SquaredDistance(contract.whitening(values, self.name, self.options.shrinkage))
 
 
 class OneClassOptions(Section):
@@ -94,7 +78,7 @@ class Outside:
         1/(2 n b²), and ρ.
     """
 
-    white: Whitening
+    white: contract.Whitening
     vectors: Array
     weights: Array
     gamma: float
@@ -102,8 +86,8 @@ class Outside:
 
     def __post_init__(self) -> None:
         """Check the shapes."""
-        require_shape(self.vectors, self.weights.size, self.white.mean.size)
-        require_shape(self.weights, self.weights.size)
+        contract.require_shape(self.vectors, self.weights.size, self.white.mean.size)
+        contract.require_shape(self.weights, self.weights.size)
 
     def __call__(self, values: Array) -> Array:
         """Scores, shape (n_record,); each record by itself."""
@@ -113,7 +97,7 @@ class Outside:
         return self.offset - np.array(near, dtype=float)
 
 
-class OneClass(Score[OneClassOptions]):
+class OneClass(contract.Score[OneClassOptions]):
     """One-class support vector machine on healthy records, with a Gaussian kernel on whitened features.
 
     ρ − Σᵢ αᵢ exp(−‖w − wᵢ‖²/(2 n b²)), w = C^(−1/2) (z − m), n features, b the width.
@@ -124,18 +108,18 @@ class OneClass(Score[OneClassOptions]):
     name = "one_class"
     summary = "One-class support vector machine around healthy records, on whitened features."
     caution = (
-        f"{FROM_HEALTHY} Records far away all have the score ρ: they raise alarms but cannot be ranked. The"
-        " time of a fit grows with the square of the number of records."
+        f"{contract.FROM_HEALTHY} Records far away all have the score ρ: they raise alarms but cannot be"
+        " ranked. The time of a fit grows with the square of the number of records."
     )
     Trained = Outside
     Options = OneClassOptions
 
-    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+    def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Whiten by healthy records, then train the support vector machine."""
-        white = whitening(values, self.name)
+        white = contract.whitening(values, self.name)
         points = white(values)
         gamma = 0.5 / (points.shape[1] * self.options.width**2)
-        with scikit_learn(self.name):
+        with contract.scikit_learn(self.name):
             from sklearn.svm import OneClassSVM
 
             machine = OneClassSVM(kernel="rbf", gamma=gamma, nu=self.options.outside).fit(points)
@@ -143,7 +127,7 @@ class OneClass(Score[OneClassOptions]):
         return Outside(white, machine.support_vectors_, weights, gamma, float(machine.offset_[0]))
 
 
-class Lda(Score[Section]):
+class Lda(contract.Score[Section]):
     """Linear discriminant with Ledoit-Wolf shrinkage of the covariance; both classes have equal weight.
 
     wᵀ (z − (m₀ + m₁)/2), w = C⁻¹ (m₁ − m₀), C the mean of the shrunk covariances of both kinds.
@@ -153,19 +137,19 @@ class Lda(Score[Section]):
 
     name = "lda"
     summary = "Linear discriminant of healthy and faulty records, with a shrunk covariance."
-    caution = FROM_BOTH
+    caution = contract.FROM_BOTH
     needs_faulty = True
-    Trained = LinearRule
+    Trained = contract.LinearRule
 
-    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+    def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit means and covariances of both classes."""
-        standardised = standardisation(values)
-        with scikit_learn(self.name):
+        standardised = contract.standardisation(values)
+        with contract.scikit_learn(self.name):
             from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
             model = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto", priors=[0.5, 0.5])
             model.fit(standardised.held(values), is_faulty)
-        return LinearRule(standardised, model.coef_[0], float(model.intercept_[0]))
+        return contract.LinearRule(standardised, model.coef_[0], float(model.intercept_[0]))
 
 
 STRENGTHS = np.logspace(-4, 2, 7)
@@ -179,7 +163,7 @@ class LogisticOptions(Section):
     """Seed of the folds for the choice of the ridge."""
 
 
-class Logistic(Score[LogisticOptions]):
+class Logistic(contract.Score[LogisticOptions]):
     """Logistic regression with a ridge penalty, chosen by five-fold cross-validation of the likelihood.
 
     b + wᵀ z, minimising Σ ln(1 + exp(−yᵢ (b + wᵀ zᵢ))) + ‖w‖²/(2 C).
@@ -190,25 +174,25 @@ class Logistic(Score[LogisticOptions]):
     name = "logistic"
     summary = "Log-odds of a fault by ridge logistic regression; the ridge is chosen by cross-validation."
     caution = (
-        f"{FROM_BOTH} The folds for the ridge divide records, not groups: if the records of a group"
+        f"{contract.FROM_BOTH} The folds for the ridge divide records, not groups: if the records of a group"
         " are alike, the ridge is too weak."
     )
     needs_faulty = True
-    Trained = LinearRule
+    Trained = contract.LinearRule
     Options = LogisticOptions
 
-    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+    def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit weights with the ridge of largest cross-validated likelihood."""
-        standardised = standardisation(values)
-        with scikit_learn(self.name):
+        standardised = contract.standardisation(values)
+        with contract.scikit_learn(self.name):
             from sklearn.linear_model import LogisticRegression
             from sklearn.model_selection import GridSearchCV, StratifiedKFold
 
             model = LogisticRegression(solver="newton-cholesky", max_iter=1000)
-            folds = StratifiedKFold(LEAST_RECORDS, shuffle=True, random_state=self.options.seed)
+            folds = StratifiedKFold(contract.LEAST_RECORDS, shuffle=True, random_state=self.options.seed)
             search = GridSearchCV(model, {"C": STRENGTHS}, scoring="neg_log_loss", cv=folds)
             best = search.fit(standardised.held(values), is_faulty).best_estimator_
-        return LinearRule(standardised, best.coef_[0], float(best.intercept_[0]))
+        return contract.LinearRule(standardised, best.coef_[0], float(best.intercept_[0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,14 +203,14 @@ class LargestFall:
 
     def __post_init__(self) -> None:
         """Check the shape."""
-        require_shape(self.means, self.means.size)
+        contract.require_shape(self.means, self.means.size)
 
     def __call__(self, values: Array) -> Array:
         """Scores, shape (n_record,)."""
         return np.asarray(np.max((self.means - values) / self.means, axis=1))
 
 
-class LargestChange(Score[Section]):
+class LargestChange(contract.Score[Section]):
     """Largest relative fall of a feature below its healthy mean.
 
     It scales features by their means, so it depends on their zero points, unlike the other scores.
@@ -242,7 +226,7 @@ class LargestChange(Score[Section]):
     needs_extra = False
     Trained = LargestFall
 
-    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+    def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit the means of healthy records."""
         means = values.mean(axis=0)
         if not means.all():
@@ -265,7 +249,7 @@ class Residual:
     coefficients : ndarray, shape (n_term,)
     """
 
-    standardised: Standardisation
+    standardised: contract.Standardisation
     low: Array
     high: Array
     coefficients: Array
@@ -273,19 +257,19 @@ class Residual:
     def __post_init__(self) -> None:
         """Check the shapes."""
         n_feature = self.standardised.kept.size
-        require_shape(self.low, n_feature - 1)
-        require_shape(self.high, n_feature - 1)
-        require_shape(self.coefficients, n_feature * (n_feature + 1) // 2)
+        contract.require_shape(self.low, n_feature - 1)
+        contract.require_shape(self.high, n_feature - 1)
+        contract.require_shape(self.coefficients, n_feature * (n_feature + 1) // 2)
 
     def __call__(self, values: Array) -> Array:
         """Scores, shape (n_record,)."""
         features = self.standardised(values)
         terms = quadratic_terms(np.clip(features[:, 1:], self.low, self.high))
-        expected = row_products(terms, self.coefficients[:, None])[:, 0]
+        expected = contract.row_products(terms, self.coefficients[:, None])[:, 0]
         return np.asarray((features[:, 0] - expected) * self.standardised.scale[0])
 
 
-class Compensated(Score[Section]):
+class Compensated(contract.Score[Section]):
     """The first feature minus its quadratic regression on the others, fitted on healthy records only.
 
     Proxies are limited to the range of the fit records, so that the quadratic does not extrapolate; a shift
@@ -309,22 +293,22 @@ class Compensated(Score[Section]):
     needs_extra = False
     direction = None
 
-    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+    def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit by least squares to healthy records."""
         if values.shape[1] < 2:
             raise NotStatedError("the score compensated needs a feature and at least one proxy")
-        standardised = standardisation(values)
+        standardised = contract.standardisation(values)
         if standardised.kept[0] != 0:
             raise NotStatedError("the score compensated: its feature does not vary among healthy fit records")
         features = standardised(values)
-        features = features[np.abs(features).max(axis=1) <= FAR]
+        features = features[np.abs(features).max(axis=1) <= contract.FAR]
         target, proxies = features[:, 0], features[:, 1:]
         terms = quadratic_terms(proxies)
         needed = RECORDS_PER_COEFFICIENT * terms.shape[1]
         if target.size < needed:
             raise NotStatedError(
                 f"the score compensated has {terms.shape[1]} coefficients and needs {needed} healthy fit"
-                f" records that have all features, none beyond ±{FAR:g} standard deviations,"
+                f" records that have all features, none beyond ±{contract.FAR:g} standard deviations,"
                 f" not {target.size}",
                 needed,
             )
@@ -359,7 +343,7 @@ class LargestResidual:
     """
 
     origin: float
-    standardised: Standardisation
+    standardised: contract.Standardisation
     scale: Array
     coefficients: Array
     variance: Array
@@ -370,11 +354,11 @@ class LargestResidual:
         """Check the shapes."""
         n_of, n_proxy = self.scale.size, self.low.size
         n_term = (n_proxy + 1) * (n_proxy + 2) // 2
-        require_shape(self.standardised.kept, n_of + n_proxy)
-        require_shape(self.scale, n_of)
-        require_shape(self.coefficients, n_of, n_term)
-        require_shape(self.variance, n_term, n_term)
-        require_shape(self.high, n_proxy)
+        contract.require_shape(self.standardised.kept, n_of + n_proxy)
+        contract.require_shape(self.scale, n_of)
+        contract.require_shape(self.coefficients, n_of, n_term)
+        contract.require_shape(self.variance, n_term, n_term)
+        contract.require_shape(self.high, n_proxy)
 
     @property
     def spread(self) -> Array:
@@ -385,11 +369,11 @@ class LargestResidual:
         """Residual of each feature beyond its allowance, in healthy spreads, shape (n_record, n_of)."""
         features, n_of = self.standardised(values), self.scale.size
         proxies, n_linear = features[:, n_of:], 1 + self.low.size
-        left = features[:, :n_of] - row_products(quadratic_terms(proxies), self.coefficients.T)
+        left = features[:, :n_of] - contract.row_products(quadratic_terms(proxies), self.coefficients.T)
         # twice the curvature beyond the fit records bounds the terms of higher order
         beyond = quadratic_terms(proxies - np.clip(proxies, self.low, self.high))[:, n_linear:]
         allowance = 2.0 * np.abs(
-            row_products(np.ascontiguousarray(beyond), self.coefficients[:, n_linear:].T)
+            contract.row_products(np.ascontiguousarray(beyond), self.coefficients[:, n_linear:].T)
         )
         return np.asarray(np.sign(left) * np.maximum(np.abs(left) - allowance, 0.0) / self.scale)
 
@@ -397,7 +381,9 @@ class LargestResidual:
         """Deviation of a prediction over that at the nearest proxies of fit records, shape (n_record,)."""
         proxies = self.standardised(values)[:, self.scale.size :]
         both = map(quadratic_terms, (proxies, np.clip(proxies, self.low, self.high)))
-        here, there = (1.0 + np.sum(row_products(each, self.variance) * each, axis=1) for each in both)
+        here, there = (
+            1.0 + np.sum(contract.row_products(each, self.variance) * each, axis=1) for each in both
+        )
         return np.asarray(np.sqrt(here / there))
 
     def __call__(self, values: Array) -> Array:
@@ -406,7 +392,7 @@ class LargestResidual:
         return np.asarray(self.origin + self.spread[0] * largest)
 
 
-class Either(Score[EitherOptions]):
+class Either(contract.Score[EitherOptions]):
     """The feature that is farthest above what the proxies explain, in the unit of the first.
 
     Thus each has a limit of its own, and all keep one false-alarm rate together. Proxies are extrapolated;
@@ -428,14 +414,14 @@ class Either(Score[EitherOptions]):
     needs_extra = False
     direction = None
 
-    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+    def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit by least squares to healthy records."""
-        standardised = standardisation(values)
+        standardised = contract.standardisation(values)
         n_of = int(np.sum(standardised.kept < values.shape[1] - self.options.proxies))
         if standardised.kept[0] != 0:
             raise NotStatedError("the score either: its first number does not vary among healthy fit records")
         features = standardised(values)
-        features = features[np.abs(features).max(axis=1) <= FAR]
+        features = features[np.abs(features).max(axis=1) <= contract.FAR]
         of, proxies = features[:, :n_of], features[:, n_of:]
         terms = quadratic_terms(proxies)
         coefficients, origin = np.zeros((n_of, 1)), float(standardised.centre[0])
@@ -448,7 +434,10 @@ class Either(Score[EitherOptions]):
                     needed,
                 )
             coefficients, origin = np.ascontiguousarray(np.linalg.lstsq(terms, of, rcond=None)[0].T), 0.0
-        scale, variance = standardisation(of - terms @ coefficients.T).scale, np.linalg.pinv(terms.T @ terms)
+        scale, variance = (
+            contract.standardisation(of - terms @ coefficients.T).scale,
+            np.linalg.pinv(terms.T @ terms),
+        )
         return LargestResidual(
             origin, standardised, scale, coefficients, np.asarray(variance, dtype=float),
             proxies.min(axis=0), proxies.max(axis=0),

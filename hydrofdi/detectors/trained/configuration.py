@@ -10,26 +10,18 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError
 
-from hydrofdi.detectors.rules import ChartConfig, Promise, chart_kind, make_chart, make_score, score_kind
-from hydrofdi.detectors.scores.configuration import (
-    ScoreConfig,
-    combined_numbers,
-    normalize_chart,
-    normalize_score,
-)
+from hydrofdi.detectors import rules
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
-from hydrofdi.records import Array
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.streams import CycleWindower, TimeWindower, Windower
+from hydrofdi.settings.files import Keys as KeyPath
+from hydrofdi.settings.files import Source, dotted, overlay, plain, read_extended, validated
 from hydrofdi.settings.messages import describe_error, listed, nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.validation import overlay, read_extended, validated
-from hydrofdi.settings.yaml_source import Path as KeyPath
-from hydrofdi.settings.yaml_source import Source, dotted, plain
 
 Duration = Annotated[float, SI("s", least=1e-9, most=1e9)]
 
@@ -78,14 +70,14 @@ class WindowConfig(Section):
         return TimeWindower(n_sample, n_every, channels, sampling_frequency)
 
 
-class TimedChart(ChartConfig):
+class TimedChart(rules.ChartConfig):
     """A control chart on the scores of a detector."""
 
     false_alarm_every: Duration = 86400.0
     """Mean time between false alarms of the chart, such as 30 days; a day by default [s]."""
 
 
-class DetectorConfig(Promise):
+class DetectorConfig(rules.Promise):
     """Configuration of a detector before training."""
 
     indicator: str = "dwt"
@@ -106,7 +98,7 @@ class DetectorConfig(Promise):
     indicators: dict[str, dict[str, Any]] = Field(default_factory=dict)
     """Label → options of the indicators that ``score`` combines."""
 
-    score: ScoreConfig | None = None
+    score: rules.ScoreConfig | None = None
     """Score computed from several numbers; by default ``output`` is the score."""
 
     compensate: bool = True
@@ -137,7 +129,7 @@ class Feature:
 
     indicators: Mapping[str, Indicator[Any]]
     numbers: Mapping[str, tuple[str, Output, tuple[int, ...]]]
-    score: ScoreConfig | None = None
+    score: rules.ScoreConfig | None = None
 
     @property
     def indicator(self) -> Indicator[Any]:
@@ -168,7 +160,7 @@ class Feature:
         """What the score is, in words."""
         if self.judged:
             return self.described.long_name if len(self.judged) == 1 else "each with its own limit"
-        return str(self.score and score_kind(self.score.kind).summary)
+        return str(self.score and rules.score_kind(self.score.kind).summary)
 
     @property
     def channels(self) -> frozenset[Channel]:
@@ -228,8 +220,8 @@ def feature_of(config: DetectorConfig) -> Feature:
         return Feature({indicator.name: indicator}, {name: numbers[name]})
     indicators, score = make_indicators(config.indicators), config.score
     numbers = _numbers(indicators, only_scores=True)
-    make_score(score.kind, score.options)
-    if len(combined := combined_numbers(score, [*numbers], score.kind)) > 1:
+    rules.make_score(score.kind, score.options)
+    if len(combined := rules.combined_numbers(score, [*numbers], score.kind)) > 1:
         raise ConfigError(f"of: compensated is of one number here, not of {len(combined)}")
     return Feature(indicators, {name: numbers[name] for name in combined[0]}, score).of(combined[0])
 
@@ -249,7 +241,7 @@ def _numbers(
 def direction_of(config: DetectorConfig) -> Direction:
     """Direction of change by a leak: the chosen one, or that of the score."""
     feature = feature_of(config)
-    own = None if feature.score is None else score_kind(feature.score.kind).direction
+    own = None if feature.score is None else rules.score_kind(feature.score.kind).direction
     direction = config.direction or own or feature.described.direction
     if direction is None:
         raise ConfigError(
@@ -268,7 +260,7 @@ def unmakable(config: DetectorConfig) -> Iterator[tuple[KeyPath, str]]:
             *_unmakable((), "indicator", sound_indicator, indicator_kind, config.indicator, config.options)
         ]
     else:
-        own = [*_unmakable(("score",), "kind", make_score, score_kind, score.kind, score.options)]
+        own = [*_unmakable(("score",), "kind", rules.make_score, rules.score_kind, score.kind, score.options)]
     for key, make in (("output" if score is None else "score", feature_of), ("direction", direction_of)):
         try:
             if not own:
@@ -277,7 +269,9 @@ def unmakable(config: DetectorConfig) -> Iterator[tuple[KeyPath, str]]:
             own = [((key,), str(fault))]
     yield from own
     if chart is not None:
-        yield from _unmakable(("chart",), "chart", make_chart, chart_kind, chart.chart, chart.options)
+        yield from _unmakable(
+            ("chart",), "chart", rules.make_chart, rules.chart_kind, chart.chart, chart.options
+        )
 
 
 def _unmakable(
@@ -324,7 +318,7 @@ def stated_detector(
         if option != dotted(path):
             given.origins[path] = option
     overlay(source, given)
-    normalize_chart(source, source.data.get("chart"), ("chart",), TimedChart)
+    rules.normalize_chart(source, source.data.get("chart"), ("chart",), TimedChart)
     chosen = source.data.pop(_INDICATORS, None)
     if source.data.get("score") is not None:
         _combine(chosen, source)
@@ -343,7 +337,7 @@ def _combine(chosen: Any, source: Source) -> None:
     elif source.data.get("indicator"):
         source.mistakes.append(source.mistake(("indicator",), "is one of 'indicators:' already; remove it"))
     made = make_indicators(chosen, source, (_INDICATORS,))
-    normalize_score(source, source.data["score"], ("score",), made)
+    rules.normalize_score(source, source.data["score"], ("score",), made)
     if source.data.pop("output", None):
         message = "is for detectors without a score; the score combines the numbers under 'of'"
         source.mistakes.append(source.mistake(("output",), message))

@@ -14,20 +14,19 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.detectors.charts import FalseAlarms
 from hydrofdi.detectors.rules import make_chart
-from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.detectors.trained.configuration import TimedChart
 from hydrofdi.detectors.trained.file import ChartLimit, Fleet, Limits, Scale, TrainedScore
 from hydrofdi.detectors.trained.scoring import HealthyScores
 from hydrofdi.detectors.trained.verdicts import standardised
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.rates import FEWEST_GROUPS, alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.records import Array
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import time_text
 
 _MOST_FOLDS = 25
 """Maximum number of cross-validation folds; with more groups, several are left out at a time."""
@@ -267,7 +266,7 @@ def chart_of(found: HealthyScores, direction: Direction) -> TimedChart | None:
 
 def chart_limit(found: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction) -> ChartLimit:
     """Limit that healthy scores, in time order, reach once within the required time on average."""
-    starts = np.searchsorted(found.record, range(1, len(found.durations)))
+    starts = np.searchsorted(found.record, range(1, len(found.records)))
     lines = np.split(standardised(found.all_scores, healthy, direction), starts)
     groups: list[str] | None = None
     rests_on: Literal["pieces", "records", "groups"] = "pieces"
@@ -301,7 +300,7 @@ def with_allowance(
     """The limits of flows, which contain that of the valve clearances, with an allowance for warmer oil."""
     score = found.config.score
     is_flow = found.feature.described.unit == "m^3/s" and (score is None or score.kind == "either")
-    warmer = _WARMER * float(np.nanmedian(found.clearances))
+    warmer = _WARMER * float(np.nanmedian([each.clearance for each in found.complete]))
     if not is_flow or limits.high is None or limits.low is not None or not warmer > 0.0:
         return limits, trained
     first, *others = (output.clearances[1] * warmer for _, output, _ in found.feature.numbers.values())

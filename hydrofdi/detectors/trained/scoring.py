@@ -6,19 +6,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.trained import verdicts
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
-from hydrofdi.detectors.trained.measuring import (
-    TEMPERATURE,
-    Measured,
-    measured_windows,
-    records_of,
-    without_scale,
-)
-from hydrofdi.detectors.trained.verdicts import channel_facts, widened
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.indicators.measuring import spool_remedy
@@ -39,6 +33,15 @@ _NOT_EVEN = {"uneven", "gaps"}
 """Kinds of remarks on records whose samples are not even, or mostly missing."""
 
 
+class _Record(NamedTuple):
+    """Duration [s], group, label and name of a record; group and label are empty if unknown."""
+
+    duration: float
+    group: str
+    label: str
+    name: str
+
+
 class HealthyScores:
     """Scores of healthy records, and statistics of their channels.
 
@@ -46,30 +49,18 @@ class HealthyScores:
     ----------
     config, feature, channels : DetectorConfig, Feature, tuple of Channel
         What is measured, and the channels that it reads.
-    durations, own_groups, labels, names : list
-        Duration [s], group, label and name of each record; group and label are empty if unknown.
+    records : list of _Record
+        In the order in which they were read.
     record : list of int, length n_score
         Index of the record of each window.
-    numbers : list of ndarray, shape (n_number,)
-        What is measured of it; NaN if there is none.
     is_apart : list of bool
-        Whether it is used to set limits: only non-overlapping windows are.
+        Whether a window is used to set limits: only non-overlapping windows are.
+    measured : list of Measured
+        What is measured of each window; of windows that set no limits, the numbers alone.
     all_scores : ndarray, shape (n_score,)
         Set when all numbers are known.
     facts : dict of Channel to list of mapping of str to ndarray, shape (n_window,)
         As from `channel_facts`.
-    not_judged, reasons : Counter of str
-        Kind of fault and message → number of windows that have no score.
-    n_impossible, n_not_positive : Counter of str
-        Output → number of windows in which it is doubtful, or not positive.
-    refused : list of Issue
-        Why no actuator gives a window, of each such window.
-    fits : dict of str to float
-        Output that states how well the model explains a window → largest value.
-    conditions : dict of str to (float, float)
-        Condition → its lowest and highest value.
-    clearances : list of float
-        As of `Measured`, of the windows that set limits.
     """
 
     def __init__(self, config: DetectorConfig, first: RecordBatch, drive: tuple[float, float] | None) -> None:
@@ -80,95 +71,89 @@ class HealthyScores:
         self.config, self.first, self.feature = config, first, feature_of(config)
         seen = self.feature.channels | (self.feature.optional_channels & first.channels.keys())
         seen |= {window.channel} if window.by == "cycle" else set()
-        seen |= {TEMPERATURE} & first.channels.keys()
+        seen |= {verdicts.TEMPERATURE} & first.channels.keys()
         self.channels = tuple(channel for channel in Channel if channel in seen)
         duration = first.duration if window.duration is None else window.duration
         self.n_sample = round(duration * frequency)
         if self.n_sample < 2:
             raise ConfigError(f"window: {duration:g} s at {frequency:g} Hz are fewer than 2 samples")
         self.windower = window.windower(self.n_sample, self.channels, frequency, drive)
-        self.durations: list[float] = []
-        self.own_groups: list[str] = []
-        self.labels: list[str] = []
-        self.names: list[str] = []
+        self.records: list[_Record] = []
         self.record: list[int] = []
-        self.numbers: list[Array] = []
         self.is_apart: list[bool] = []
+        self.measured: list[verdicts.Measured] = []
         self.all_scores: Array = np.empty(0)
         self.facts: dict[Channel, list[Mapping[str, Array]]] = {}
-        self.not_judged: Counter[str] = Counter()
-        self.reasons: Counter[str] = Counter()
-        self.n_impossible: Counter[str] = Counter()
-        self.refused: list[Issue] = []
-        self.n_not_positive: Counter[str] = Counter()
-        self.fits: dict[str, float] = {}
-        self.conditions: dict[str, tuple[float, float]] = {}
-        self.clearances: list[float] = []
-        self._waiting: list[tuple[int, bool, Window]] = []
 
     def read(self, batches: Iterable[RecordBatch]) -> None:
         """Score the windows of records."""
-        for batch in batches:
-            if batch.n_record:
-                self._check(batch)
-                self._take(batch)
-        self._finish()
+        waiting = list[Window]()
+        rows = ((batch, row) for batch in batches for row in range(batch.n_record))
+        for records, row in rows:
+            if not row:
+                self._check(records)
+            name = " ".join(dict.fromkeys((records.sources[row], records.record_ids[row]))).strip()
+            label = records.labels[row] if records.labels else ""
+            self.records.append(_Record(records.duration, records.groups[row], label, name))
+            end = -np.inf
+            for window in windows_along(records, row, self.windower):
+                self.record.append(len(self.records) - 1)
+                self.is_apart.append(bool(window.time[0] > end))
+                end = float(window.time[-1]) if self.is_apart[-1] else end
+                waiting.append(window)
+                if len(waiting) * self.n_sample >= _MOST_SAMPLES:
+                    self._measure(waiting)
+                    waiting = []
+        self._measure(waiting)
 
-    def _take(self, batch: RecordBatch) -> None:
-        """Score the windows of records; some wait until `_finish`."""
-        for row in range(batch.n_record):
-            self.durations.append(batch.duration)
-            self.own_groups.append(batch.groups[row])
-            self.labels.append(batch.labels[row] if batch.labels else "")
-            self.names.append(" ".join(dict.fromkeys((batch.sources[row], batch.record_ids[row]))).strip())
-            end, nothing = -np.inf, np.full(len(self.feature.numbers), np.nan)
-            for window in windows_along(batch, row, self.windower):
-                is_apart = bool(window.time[0] > end)
-                end = float(window.time[-1]) if is_apart else end
-                if window.fault is None:
-                    self._waiting.append((len(self.numbers), is_apart, window))
-                self.record.append(len(self.durations) - 1)
-                self.numbers.append(nothing)
-                self.is_apart.append(is_apart)
-                if is_apart:
-                    self._count(Measured(nothing, window.fault))
-                if len(self._waiting) * self.windower.n_sample >= _MOST_SAMPLES:
-                    self._finish()
+    def _measure(self, windows: Sequence[Window]) -> None:
+        """Measure all windows that wait."""
+        apart, nothing = self.is_apart[len(self.measured) :], np.full(len(self.feature.numbers), np.nan)
+        sound, measured = [window for window in windows if window.fault is None], list[verdicts.Measured]()
+        if sound:
+            records = verdicts.records_of(sound, self.channels, self.windower.sampling_frequency)
+            are_apart = [own for own, window in zip(apart, windows, strict=True) if window.fault is None]
+            for channel in (
+                each for each in self.channels if each is not verdicts.TEMPERATURE and any(are_apart)
+            ):
+                self.facts.setdefault(channel, []).append(verdicts.channel_facts(records[channel][are_apart]))
+            measured = verdicts.measured_windows(records, self.feature)
+        in_order = iter(measured)
+        for window, is_apart in zip(windows, apart, strict=True):
+            own = verdicts.Measured(nothing, window.fault) if window.fault else next(in_order)
+            self.measured.append(own if is_apart else verdicts.Measured(own.numbers))
 
-    def _finish(self) -> None:
-        """Score all windows that wait."""
-        if not self._waiting:
-            return
-        places, apart, windows = zip(*self._waiting, strict=True)
-        self._waiting = []
-        channels, are_apart = self.windower.channels, np.array(apart)
-        records = records_of(windows, channels, self.windower.sampling_frequency)
-        for channel in (each for each in channels if each is not TEMPERATURE and are_apart.any()):
-            self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
-        for place, is_apart, found in zip(
-            places, apart, measured_windows(records, self.feature), strict=True
-        ):
-            self.numbers[place] = found.numbers
-            if is_apart:
-                self._count(found)
+    @cached_property
+    def faults(self) -> list[Issue]:
+        """Why windows that would set limits have no score."""
+        return [each.fault for each in self.measured if each.fault is not None]
 
-    def _count(self, found: Measured) -> None:
-        """Count faults and doubts of what sets limits, and note its conditions."""
-        if found.fault is not None:
-            self.not_judged[found.fault.kind] += 1
-            self.reasons[found.fault.message] += 1
-        if not np.isfinite(found.numbers).all():
-            return
-        for doubt in found.doubts:
-            self.n_impossible[doubt.where] += 1
-            self.n_not_positive[doubt.where] += doubt.kind == "not_positive"
-        self.refused += self._refusals(found.doubts)[:1]
-        for name, value in found.fits.items():
-            self.fits[name] = float(np.fmax(self.fits.get(name, value), value))
-        doubtful = {doubt.where for doubt in found.doubts}
-        sound = {name: value for name, value in found.conditions.items() if name not in doubtful}
-        self.conditions = widened(self.conditions, sound)
-        self.clearances.append(found.clearance)
+    @cached_property
+    def complete(self) -> list[verdicts.Measured]:
+        """What is measured of the windows that set limits and have all numbers."""
+        pairs = zip(self.measured, self.is_apart, strict=True)
+        return [each for each, is_apart in pairs if is_apart and np.isfinite(each.numbers).all()]
+
+    @property
+    def n_impossible(self) -> Counter[str]:
+        """Output → number of windows in which it is doubtful."""
+        return Counter(doubt.where for each in self.complete for doubt in each.doubts)
+
+    @cached_property
+    def refused(self) -> list[Issue]:
+        """Why no actuator gives a window, of each such window."""
+        return [issue for each in self.complete for issue in self._refusals(each.doubts)[:1]]
+
+    @property
+    def conditions(self) -> dict[str, tuple[float, float]]:
+        """Condition → its lowest and highest value."""
+        values: dict[str, list[float]] = {}
+        for each in self.complete:
+            doubtful = {doubt.where for doubt in each.doubts}
+            for name, value in each.conditions.items():
+                if name not in doubtful and np.isfinite(value):
+                    values.setdefault(name, []).append(value)
+        return {name: (min(own), max(own)) for name, own in sorted(values.items())}
 
     def _refusals(self, doubts: Sequence[Issue]) -> list[Issue]:
         """Doubts by which no actuator gives a window. A leak or a load explains one of a misfit and an
@@ -195,7 +180,7 @@ class HealthyScores:
             label, needs = next(pairs, (f"the detector after {other}", self.feature.indicator))
             remedy = spool_remedy(missing, needs)
             raise DataError(f"{source}: has no {' and no '.join(missing)}, which {label} needs{remedy}")
-        if obstacle := without_scale(batch, channels):
+        if obstacle := verdicts.without_scale(batch, channels):
             raise DataError(f"{source}: {obstacle}")
         for remark in chain.from_iterable(batch.remarks):
             if remark.kind in _NOT_EVEN and remark.is_unusable:
@@ -214,7 +199,7 @@ class HealthyScores:
         """Mean time between scores [s]."""
         if isinstance(self.windower, TimeWindower):
             return self.windower.n_every / self.windower.sampling_frequency
-        return sum(self.durations) / len(self.record)
+        return sum(each.duration for each in self.records) / len(self.record)
 
     @property
     def duration(self) -> float:
@@ -240,7 +225,7 @@ class HealthyScores:
     @cached_property
     def groups(self) -> list[str]:
         """Group of each record; a record without a group is its own group."""
-        return [group or f"record {place}" for place, group in enumerate(self.own_groups)]
+        return [each.group or f"record {index}" for index, each in enumerate(self.records)]
 
     @cached_property
     def of_scores(self) -> NDArray[np.intp]:
@@ -251,7 +236,7 @@ class HealthyScores:
     @property
     def has_groups(self) -> bool:
         """Whether groups were stated."""
-        return any(self.own_groups)
+        return any(each.group for each in self.records)
 
 
 def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterator[Window]:

@@ -9,16 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.rules import make_score
-from hydrofdi.detectors.scores.configuration import OF_ONE, ScoreConfig
+from hydrofdi.detectors.rules import OF_ONE, ScoreConfig, make_score
 from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
-from hydrofdi.detectors.trained.configuration import (
-    DetectorConfig,
-    WindowConfig,
-    direction_of,
-    feature_of,
-    stated_indicators,
-)
+from hydrofdi.detectors.trained import configuration
 from hydrofdi.detectors.trained.file import Basis, DetectorFile, Made, TrainedScore
 from hydrofdi.detectors.trained.limits import (
     N_PIECE,
@@ -30,9 +23,8 @@ from hydrofdi.detectors.trained.limits import (
     scale_of,
     with_allowance,
 )
-from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.detectors.trained.scoring import HealthyScores
-from hydrofdi.detectors.trained.verdicts import learned_range, standardised
+from hydrofdi.detectors.trained.verdicts import TEMPERATURE, learned_range, standardised
 from hydrofdi.errors import DataError, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import WindowOptions
@@ -41,13 +33,13 @@ from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.wrong_sheet import likeliest_wrong, sentence
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
-from hydrofdi.records.stuck import found_period
-from hydrofdi.settings.readable import time_text
+from hydrofdi.records.cutting import found_period
+from hydrofdi.settings.messages import time_text
 
 
 def train(
     healthy: RecordSource,
-    config: DetectorConfig,
+    config: configuration.DetectorConfig,
     sources: Sequence[str],
     made: Made,
     faulty: RecordSource | None = None,
@@ -96,10 +88,10 @@ def train(
     if fleet is not None and first.sampling_frequency != fleet.sampling_frequency:
         found_at, wanted = first.sampling_frequency, fleet.sampling_frequency
         raise DataError(f"{healthy.name}: is sampled at {found_at:g} Hz, but {fleet_name} at {wanted:g} Hz")
-    stated, sheet = feature_of(config).indicators.values(), healthy.data_sheet
+    stated, sheet = configuration.feature_of(config).indicators.values(), healthy.data_sheet
     taken = {name for each in stated for name in sheet_constants(each.options)}
     config = config if fleet else _with_score(config, first)
-    direction, found = direction_of(config), HealthyScores(config, first, drive)
+    direction, found = configuration.direction_of(config), HealthyScores(config, first, drive)
     found.read(chain([first], batches))
     feature, teachers = found.feature, None
     if faulty is not None and is_stated:
@@ -122,14 +114,19 @@ def train(
         others = f"{fleet_name}, {fleet.fleet.n_machine} machines"
     spreads, is_two_sided = standardised(found.scores, own, direction), direction is Direction.BOTH
     used = feature if trained is None else feature.of(trained.numbers)
-    known = [found.fits] if fleet is None else [found.fits, fleet.fits]
-    fits = {name: each.possible[1] or 0.0 for name, each in used.outputs.items() if each.is_fit}
-    in_full: dict[str, Any] = {"direction": direction, "chart": chart, "window": _window_in_full(found)}
+    fits = {name: [each.possible[1] or 0.0] for name, each in used.outputs.items() if each.is_fit}
+    for name, values in fits.items():
+        values += [each.fits[name] for each in found.complete]
+        values += [] if fleet is None else [fleet.fits.get(name, values[0])]
+    doubts = {(doubt.where, doubt.kind) for each in found.complete for doubt in each.doubts}
+    every = window.every or (found.duration if window.by == "time" else None)
+    window = window.model_copy(update={"duration": found.duration, "every": every})
+    in_full: dict[str, Any] = {"direction": direction, "chart": chart, "window": window}
     if config.score is None:
         in_full["options"] = feature.indicator.options.model_dump(mode="json")
         in_full["output"] = feature.label.removeprefix(f"{config.indicator}.")
     else:
-        in_full["indicators"] = stated_indicators(feature.indicators, in_full=True)
+        in_full["indicators"] = configuration.stated_indicators(feature.indicators, in_full=True)
     return DetectorFile(
         made=made,
         config=config.model_copy(update=in_full),
@@ -151,23 +148,25 @@ def train(
         limits=limits,
         chart=None if chart is None else chart_limit(found, chart, own, direction),
         ranges={channel: learned_range(channel, facts) for channel, facts in found.facts.items()},
-        conditions=dict(sorted(found.conditions.items())),
+        conditions=found.conditions,
         positive=tuple(
-            name for name, each in used.outputs.items() if each.is_positive and not found.n_not_positive[name]
+            name
+            for name, each in used.outputs.items()
+            if each.is_positive and (name, "not_positive") not in doubts
         ),
-        fits={name: max(limit, *(of.get(name, limit) for of in known)) for name, limit in fits.items()},
+        fits={name: max(values) for name, values in fits.items()},
         drive=drive,
     )
 
 
-def _with_score(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
+def _with_score(config: configuration.DetectorConfig, first: RecordBatch) -> configuration.DetectorConfig:
     """The same with a second alarm, unless an output is stated: on the flow through all clearances; and with
     the effect of the oil temperature taken out, if that is measured.
     """
-    feature = feature_of(config)
+    feature = configuration.feature_of(config)
     if config.score is not None or not feature.described.is_score:
         return config
-    of, indicators = [feature.label], stated_indicators(feature.indicators)
+    of, indicators = [feature.label], configuration.stated_indicators(feature.indicators)
     if not config.output and config.direction in (None, Direction.RISING):
         of += [feature.through_all] if feature.through_all in feature.outputs else []
     by = [f"{TEMPERATURE}.mean"] if config.compensate and TEMPERATURE in first.channels else []
@@ -203,11 +202,11 @@ def _learn(
     cross-fitted score of several numbers.
     """
     config, feature = found.config, found.feature
-    n_healthy, both = len(found.numbers), [found] if teachers is None else [found, teachers]
+    n_healthy, both = len(found.measured), [found] if teachers is None else [found, teachers]
+    values = np.array([window.numbers for each in both for window in each.measured])
     if config.score is None or not n_healthy:
-        found.all_scores = np.array(found.numbers).reshape(-1)
+        found.all_scores = values.reshape(-1)
         return None
-    values = np.array([numbers for each in both for numbers in each.numbers])
     if learned is not None:
         kept = [place for place, name in enumerate(feature.numbers) if name in learned.numbers]
         found.all_scores = learned.fitted(config.score.kind).score(values[:n_healthy, kept])
@@ -222,10 +221,11 @@ def _learn(
         kept = sorted({0, *kept}) if config.score.kind == "compensated" else [*range(values.shape[1])]
         if not np.isfinite(values[:n_healthy, 0]).any():
             raise _no_score(found, next(iter(feature.numbers)))
-    first, groups = 0, list[str]()
-    for each in both:
-        groups += [each.own_groups[record] or f"record {first + record:09d}" for record in each.record]
-        first += len(each.durations)
+    records = [record for each in both for record in each.records]
+    names = [record.group or f"record {index:09d}" for index, record in enumerate(records)]
+    groups = [names[index] for index in found.record]
+    if teachers is not None:
+        groups += [names[len(found.records) + index] for index in teachers.record]
     if len(set(groups)) == 1:
         groups = [f"piece {N_PIECE * place // n_healthy}" for place in range(n_healthy)]
     used = np.ascontiguousarray(values[:, kept])
@@ -239,16 +239,11 @@ def _learn(
     )
 
 
-def _window_in_full(found: HealthyScores) -> WindowConfig:
-    window = found.config.window
-    every = window.every or (found.duration if window.by == "time" else None)
-    return window.model_copy(update={"duration": found.duration, "every": every})
-
-
 def _no_score(found: HealthyScores, label: str) -> NotStatedError:
-    longest = time_text(max(found.durations))
+    longest = time_text(max(record.duration for record in found.records))
     absent = f"no window ends within its records, of which the longest lasts {longest}"
-    reason = next((text for text, _ in found.reasons.most_common(1)), absent)
+    reasons = Counter(fault.message for fault in found.faults)
+    reason = next((text for text, _ in reasons.most_common(1)), absent)
     return NotStatedError(f"no healthy record has {label}: {reason}")
 
 
@@ -287,19 +282,19 @@ def _basis(
 ) -> Basis:
     """The data behind a detector; `spreads`: used scores in healthy spreads, rising with a leak."""
     used = np.array(found.record, dtype=np.intp)[found.is_used].tolist()
-    populations = Counter(found.labels[record] for record in used)
+    populations = Counter(found.records[index].label for index in used)
     del populations[""]
     windows, far = Counter(used), Counter(compress(used, spreads > _OUTLYING))
     return Basis(
         sources=tuple(sources),
-        n_record=len(found.durations),
+        n_record=len(found.records),
         n_window=found.scores.size,
         n_group=len(set(found.groups)) if found.has_groups else 0,
         populations=dict(sorted(populations.items())),
-        not_judged=dict(sorted(found.not_judged.items())),
+        not_judged=dict(sorted(Counter(fault.kind for fault in found.faults).items())),
         impossible=dict(sorted(found.n_impossible.items())),
         likely=_likely(found),
         fleet=fleet,
-        outlying={found.names[record]: n for record, n in far.items() if 2 * n > windows[record]},
+        outlying={found.records[index].name: n for index, n in far.items() if 2 * n > windows[index]},
         drive_period=drive_period,
     )

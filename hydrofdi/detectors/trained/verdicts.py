@@ -1,23 +1,28 @@
-"""Healthy ranges and conditions, learned from windows; verdicts on others by them and by limits."""
+"""What is measured of windows, their healthy ranges and conditions, and verdicts by them and by limits."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.detectors.rules import OF_ONE
+from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile, Scale
-from hydrofdi.detectors.trained.measuring import TEMPERATURE, Leak, Measured, of_row
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.scores import Direction, comparable
-from hydrofdi.indicators.faults import OF_LEAKS
+from hydrofdi.indicators import measure
+from hydrofdi.indicators.faults import OF_LEAKS, doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.stuck import update_rate
-from hydrofdi.settings.readable import shown_quantity
-from hydrofdi.units import ZEROS
+from hydrofdi.records.defects import update_rate
+from hydrofdi.records.streams import Window
+from hydrofdi.settings.messages import number_text, shown_quantity
+from hydrofdi.units import ZEROS, convert
 
 Ranges = Mapping[str, tuple[float, float]]
 """Condition → lowest and highest value, in SI."""
@@ -117,16 +122,6 @@ def _widened(values: Array, span: float, wider: float) -> tuple[float, float]:
     low, high = float(values.min()), float(values.max())
     margin = wider * (_MARGIN * (high - low) + _OF_SPAN * span)
     return low - margin, high + margin
-
-
-def widened(covered: Ranges, found: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Covered ranges that include the values of another window."""
-    none = (math.inf, -math.inf)
-    return dict(covered) | {
-        name: (min(covered.get(name, none)[0], value), max(covered.get(name, none)[1], value))
-        for name, value in found.items()
-        if math.isfinite(value)
-    }
 
 
 def outside(covered: Ranges, n_window: int, found: Mapping[str, float]) -> Issue | None:
@@ -350,3 +345,128 @@ def standardised(scores: ArrayLike, healthy: Scale, direction: Direction | None)
     """Scores in healthy spreads from the healthy median; the sign changes if a leak lowers the score."""
     values = (np.asarray(scores, dtype=float) - healthy.centre) / healthy.spread
     return np.asarray(-values if direction is Direction.FALLING else values)
+
+
+TEMPERATURE = Channel.OIL_TEMPERATURE
+
+_ESTIMATES = ("bulk_modulus", "supply_pressure")
+
+
+class Leak(NamedTuple):
+    """Mean flow across piston and closed valve of any law, and its standard deviation [m³/s]."""
+
+    flow: float
+    deviation: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Two deviations around the flow, not below zero [m³/s]."""
+        return max(0.0, self.flow - 2.0 * self.deviation), max(0.0, self.flow + 2.0 * self.deviation)
+
+    def to_dict(self) -> dict[str, float]:
+        """The flow, and the ends of its interval."""
+        low, high = self.interval
+        return {"flow": self.flow, "low": low, "high": high}
+
+    @property
+    def size(self) -> str:
+        """The flow and its interval as text."""
+        ends = (max(0.0, self.flow), *self.interval)
+        flow, low, high = (number_text(convert(each, "L/min"), 2) for each in ends)
+        return f"{flow} L/min ({low} to {high})"
+
+    def __str__(self) -> str:
+        return f"a mean leak of {self.size}"
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What is measured of a window.
+
+    Attributes
+    ----------
+    numbers : ndarray, shape (n_number,)
+        NaN where there is none.
+    fault : Issue or None
+        Why numbers are missing.
+    fits, conditions : mapping of str to float
+        Outputs that state how well the model explains the samples; conditions of the machine, in SI, NaN if
+        there are none.
+    clearance : float
+        Flow through all clearances, of which numbers take up shares.
+    leak : Leak or None
+        None if the indicator does not state it.
+    """
+
+    numbers: Array
+    fault: Issue | None = None
+    doubts: tuple[Issue, ...] = ()
+    fits: Mapping[str, float] = field(default_factory=dict)
+    conditions: Mapping[str, float] = field(default_factory=dict)
+    clearance: float = math.nan
+    leak: Leak | None = None
+
+
+def records_of(
+    windows: Sequence[Window], channels: Collection[Channel], sampling_frequency: float
+) -> RecordBatch:
+    """Windows as a batch of records that start at time 0, without a drive period.
+
+    Parameters
+    ----------
+    windows : sequence of Window
+        At least one; all of equal length, with all channels.
+    sampling_frequency : float
+        Sampling frequency of the detector, not of each window [Hz], so that scores have the same meaning.
+    """
+    samples = {channel: np.stack([window.channels[channel] for window in windows]) for channel in channels}
+    return RecordBatch(samples, sampling_frequency, tuple(str(window.number) for window in windows))
+
+
+def measured_windows(
+    records: RecordBatch, feature: Feature, fits: Mapping[str, float] | None = None
+) -> list[Measured]:
+    """What is measured of valid windows, bit-identical whatever the others are; `fits` as of `doubts_of`."""
+    measures, indicators = measure(records, feature.indicators), feature.indicators
+    values, outputs, numbers = measures.values, feature.outputs, feature.values(measures.values)
+    doubts = [doubts_of(each, values, f"{label}.", fits) for label, each in indicators.items()]
+    clearances = values.get(feature.through_all, numbers[:, 0])
+    stated = {name: values[name] for name, output in outputs.items() if output.is_fit}
+    judged = [*feature.numbers][: 1 if feature.score is None or feature.score.kind in OF_ONE else None]
+    conditions = {name: values[name] for name in outputs if outputs[name].name in _ESTIMATES}
+    conditions = {name: own for name, own in conditions.items() if own.ndim == 1 and name not in judged}
+    if TEMPERATURE in records.channels:
+        conditions = {TEMPERATURE: records[TEMPERATURE].mean(axis=1)} | conditions
+    measured = []
+    for row in range(records.n_record):
+        obstacle = next(filter(None, (measures.obstacles[label][row] for label in indicators)), None)
+        own_doubts = tuple(chain.from_iterable(each[row] for each in doubts))
+        # A bulk modulus is unknown, not another one, where no compressibility is visible.
+        unknown = {doubt.where: math.nan for doubt in own_doubts if doubt.kind == "incompressible"}
+        leak = Leak(*(float(values[name][row]) for name in feature.leak)) if feature.leak else None
+        measured.append(
+            Measured(
+                numbers[row],
+                Issue(obstacle, kind="no_number") if obstacle else None,
+                own_doubts,
+                of_row(stated, row),
+                of_row(conditions, row) | unknown,
+                float(clearances[row]),
+                leak if leak and math.isfinite(sum(leak)) else None,
+            )
+        )
+    return measured
+
+
+def of_row(columns: Mapping[str, Array], row: int) -> dict[str, float]:
+    """One value of each column."""
+    return {name: float(values[row]) for name, values in columns.items()}
+
+
+def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | None:
+    """Message about a channel that is not in SI; None if all are. Streams are always in SI."""
+    for channel in channels:
+        if channel in records.relative:
+            found = "is normalised" if channel in records.normalized else "is in counts"
+            return f"{channel} {found}, but a detector needs it in {channel.unit}"
+    return None

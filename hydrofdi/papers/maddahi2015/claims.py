@@ -28,6 +28,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.report import runs
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
+from hydrofdi.store.results import external_coefficients
 
 ABSENT = -1
 """Position of a run that the experiment does not ask for."""
@@ -90,7 +91,7 @@ def leaks_out_more(data: ExperimentData) -> Mask:
     Modes are combinations of internal leakage and EBM; additional external leakage is another fault.
     """
     # −1 (no baseline) would index the last run; those rows are masked below.
-    coefficients = runs.external_coefficients(data)
+    coefficients = external_coefficients(data)
     healthy = coefficients[np.maximum(data.matched_baseline, 0)]
     is_compared = (data.matched_baseline != names.NO_BASELINE) & (not data.experiment.has_scenarios)
     more: Mask = is_compared & (coefficients != healthy).any(axis=1)

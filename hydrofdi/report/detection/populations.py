@@ -11,16 +11,15 @@ import numpy as np
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.shown_values import shown_value, shown_values
 from hydrofdi.config.study import StudyConfig
+from hydrofdi.evaluation.pod import EquivalentFault, Spread
 from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
-from hydrofdi.evaluation.sensitivity import EquivalentFault, Spread
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
-from hydrofdi.settings.readable import HOLE, two_digits
+from hydrofdi.settings.messages import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import STATUS
-from hydrofdi.studies.parts import Nuisance, nuisances_of
-from hydrofdi.studies.records import Detection
+from hydrofdi.studies.records import Detection, Nuisance, nuisances_of
 from hydrofdi.tables.table import Table, group_breaks, numbers
 
 _KINDS = {

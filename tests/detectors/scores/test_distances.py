@@ -8,7 +8,7 @@ from sklearn.covariance import LedoitWolf, ShrunkCovariance
 from hydrofdi.detectors.rules import make_score, score_names
 from hydrofdi.detectors.scores.contract import cross_fitted_scores, healthy_scale
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.roc import area_under_curve
+from hydrofdi.evaluation.rates import area_under_curve
 from tests.detectors.scores.populations import Population, gaussians
 
 

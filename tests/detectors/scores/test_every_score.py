@@ -11,7 +11,7 @@ import pytest
 from hydrofdi.detectors.rules import make_score, score_kind, score_names
 from hydrofdi.detectors.scores.contract import from_data, plain_data
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.roc import area_under_curve, learned_direction
+from hydrofdi.evaluation.rates import area_under_curve, learned_direction
 from hydrofdi.evaluation.scores import suspicion
 from tests.detectors.scores.populations import Population
 

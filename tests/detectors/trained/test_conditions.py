@@ -10,8 +10,7 @@ from hydrofdi.detectors.rules import make_score
 from hydrofdi.detectors.scores.contract import cross_fitted_scores
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.lines import line_record
-from hydrofdi.detectors.trained.measuring import Measured
-from hydrofdi.detectors.trained.verdicts import coverage, outside, verdict_of
+from hydrofdi.detectors.trained.verdicts import Measured, coverage, outside, verdict_of
 from hydrofdi.errors import Issue, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from tests.commands import run_hydrofdi

@@ -5,14 +5,14 @@ from collections import Counter
 
 import pytest
 
-from hydrofdi.api.simulated import SimulatedRecords
-from hydrofdi.api.stored import read_results
-from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
-from hydrofdi.execution import InProcessEngine
+from hydrofdi.engine import InProcessEngine
+from hydrofdi.execution.simulated import SimulatedRecords
+from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.papers import make_report
 from hydrofdi.store.folder import write_request
 from hydrofdi.store.records import StoredRecords
+from hydrofdi.store.results import read_results
 from tests.commands import run_json
 from tests.conftest import sweep_in
 

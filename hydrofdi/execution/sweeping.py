@@ -1,0 +1,307 @@
+"""``hydrofdi sweep``: from its plan to its experiment file."""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+from hydrofdi import errors
+from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config.runs import run_identities
+from hydrofdi.engine import Engine, TaskFailure
+from hydrofdi.execution.compute import Job, Recorder, run_jobs
+from hydrofdi.execution.plan import WHOLE, Part, SweepPlan, plan_sweep
+from hydrofdi.execution.progress import COEFFICIENTS, RUNS, Watching
+from hydrofdi.indicators.faults import tells_fault
+from hydrofdi.quality.doubts import doubt_counts, remedy_lines
+from hydrofdi.settings.messages import counted, time_text
+from hydrofdi.simulation.calibration import leakage_coefficients, unsolved_conditions
+from hydrofdi.store.experiment_data import MISSING, ShardResults
+from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
+from hydrofdi.store.files import remove_leftovers, require_replaceable
+from hydrofdi.store.folder import (
+    REQUEST_FILE,
+    add_provenance,
+    environment_record,
+    experiment_lock,
+    forget_failure,
+    now,
+    read_calibrations,
+    read_failures,
+    read_request,
+    require_same_experiment,
+    require_unlocked,
+    write_calibrations,
+    write_request,
+)
+from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.results import experiment_file, library_versions
+from hydrofdi.store.shards import read_index
+from hydrofdi.tables.answer import Answer, Piece
+
+
+def run_sweep(
+    experiment: ExperimentConfig,
+    directory: Path,
+    engine: Engine,
+    watcher: Watching | None = None,
+    *,
+    retry_failed: bool = False,
+    part: Part = WHOLE,
+) -> SweepSummary:
+    """Compute the missing runs of an experiment and build its experiment file; a part builds none."""
+    start = time.perf_counter()
+    watcher = watcher or Watching()
+    require_unlocked(directory, shared=bool(part.suffix))
+    require_same_experiment(directory, experiment)
+    if not (directory / REQUEST_FILE).exists():
+        require_replaceable(experiment_file(directory, experiment))
+    watcher.tell(f"planning {experiment.name}")
+    plan = plan_sweep(experiment, directory, retry_failed=retry_failed, part=part)
+    for warning in plan.doubts:
+        watcher.tell(f"warning: {warning}")
+    if not plan.missing and (part.suffix or is_current(plan.file, experiment)):
+        _clear_away(plan)
+        return _summary(plan, 0, start)
+    recorder = Recorder(directory, part.suffix, watcher.advance)
+    try:
+        with engine if plan.missing else nullcontext():
+            if plan.missing:
+                of, workers = counted(len(plan.positions), "run"), counted(engine.workers, "worker")
+                watcher.tell(f"{len(plan.missing):,} of {of} to compute with {workers}")
+            known = read_calibrations(directory)
+            jobs, lost = _jobs(plan, engine, known, watcher)
+            with experiment_lock(directory, watcher.tell, part.suffix):
+                record = environment_record(experiment)
+                _prepare(plan, known, watcher)
+                with errors.interruption(
+                    lambda: _finish_early(engine, watcher), [signal.SIGTERM]
+                ) as requests:
+                    _run(plan, engine, jobs, lost, watcher, recorder)
+                done = {"ended": now(), "computed": recorder.completed, "costs": recorder.costs}
+                add_provenance(directory, record | done, part.suffix)
+                if not part.suffix:
+                    _write_file(experiment, directory, plan.table, plan.run_ids, recorder.shards)
+                summary = _summary(plan, recorder.completed, start)
+                for label, message in summary.faults.items():
+                    recorder.log("faulty indicator", label=label, message=message)
+    except (Exception, KeyboardInterrupt) as error:
+        if errors.is_interruption(error):
+            stored, planned = _stored(plan)
+            completed = recorder.completed
+            raise errors.SweepInterrupted(completed, stored + completed, planned) from None
+        if isinstance(error, errors.StoreError):
+            _clear_away(plan)
+        raise
+    return replace(summary, interrupted=bool(requests), lost_workers=engine.lost_workers)
+
+
+def collected(directory: Path) -> None:
+    """Build the experiment file of a folder from what is stored there."""
+    experiment = read_request(directory)
+    table = expand_runs(experiment)
+    with experiment_lock(directory, lambda _: None):
+        remove_leftovers(directory)
+        _write_file(experiment, directory, table, run_identities(table.runs))
+
+
+def _write_file(
+    experiment: ExperimentConfig,
+    directory: Path,
+    table: RunTable,
+    run_ids: Sequence[str],
+    fresh: frozenset[str] = frozenset(),
+) -> None:
+    index = read_index(directory, fresh=fresh)
+    results = ShardResults(run_ids, index, read_failures(directory))
+    write_experiment(experiment_file(directory, experiment), experiment, table, results, library_versions())
+    index.save()
+
+
+def _jobs(
+    plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
+) -> tuple[list[Job], list[tuple[Job, TaskFailure]]]:
+    """Jobs of the missing runs, and those that failed while K_i was solved."""
+    runs, failures = plan.table.runs.at(plan.simulated), dict[int, TaskFailure]()
+    if n_unsolved := unsolved_conditions(runs, known):
+        watcher.begin(COEFFICIENTS, n_unsolved)
+    required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
+    try:
+        solved = leakage_coefficients(
+            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures,
+            time_per_job=plan.experiment.limits.time_per_job,
+        )  # fmt: skip
+    except (KeyboardInterrupt, errors.HydrofdiError) as error:
+        kept = {identity: value for identity, value in known.items() if not math.isnan(value)}
+        if kept and not isinstance(error, errors.ConfigError):
+            write_calibrations(plan.directory, kept)
+            watcher.tell(f"kept {len(kept):,} solved leakage coefficients for the next time")
+        raise
+    coefficients = dict(zip(plan.simulated, solved, strict=True))
+    jobs = {}
+    for position in plan.missing:  # a stored record brings its own coefficient
+        own = plan.run_ids[position], coefficients.get(position, math.nan), plan.record_ids[position]
+        job = Job.of(plan.table.runs[position], *own)
+        jobs[position] = replace(job, stored=plan.measurable.get(position))
+    lost = [(jobs.pop(plan.simulated[k]), failure) for k, failure in failures.items()]
+    return list(jobs.values()), lost
+
+
+def _may_lack_leaks(plan: SweepPlan) -> bool:
+    """Whether a sweep makes sense even if none of its missing leaks is possible."""
+    others = sorted(set(range(len(plan.run_ids))) - set(plan.missing) | plan.measurable.keys())
+    return plan.experiment.has_scenarios or any(
+        run.calibration or run.parameters.leakage.internal_coefficient for run in plan.table.runs.at(others)
+    )
+
+
+def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watching) -> None:
+    """Clear away what earlier sweeps left unusable; a part does not. Keep what this sweep asks for."""
+    if not plan.part.suffix:
+        for shard in plan.index.damaged:
+            shard.unlink(missing_ok=True)
+            watcher.tell(f"removed the damaged shard {shard.name}; its runs are computed again")
+        remove_leftovers(plan.directory)
+    retried = {plan.run_ids[position] for position in plan.missing}
+    for run_id in retried & read_failures(plan.directory).keys():
+        forget_failure(plan.directory, run_id)
+    write_request(plan.directory, plan.experiment)
+    if calibrations:
+        write_calibrations(plan.directory, calibrations)
+
+
+def _clear_away(plan: SweepPlan) -> None:
+    """Remove what ended workers left half written, unless another sweep or part may be at work."""
+    if plan.directory.is_dir() and not plan.part.suffix:
+        with suppress(errors.StoreError), experiment_lock(plan.directory, lambda _: None):
+            remove_leftovers(plan.directory)
+
+
+def _finish_early(engine: Engine, watcher: Watching) -> None:
+    engine.cancel()
+    watcher.tell("finishing the runs in progress and storing them; press Ctrl-C again to stop at once")
+
+
+def _run(
+    plan: SweepPlan,
+    engine: Engine,
+    jobs: list[Job],
+    lost: list[tuple[Job, TaskFailure]],
+    watcher: Watching,
+    recorder: Recorder,
+) -> None:
+    """Record the jobs that are lost, and run the others."""
+    experiment, n_missing = plan.experiment, len(jobs) + len(lost)
+    recorder.log("begin", planned=len(plan.positions), missing=n_missing)
+    watcher.begin(RUNS, n_missing)
+    try:
+        for failed in lost:
+            recorder.failed(*failed)
+        run_jobs(engine, jobs, plan.directory, experiment.store, experiment.limits.time_per_job, recorder)
+    except errors.HydrofdiError as error:
+        index, failures = read_index(plan.directory, check=False), read_failures(plan.directory)
+        so_far = _stored(replace(plan, index=index, failures=failures))
+        raise type(error)(f"{error}; {errors.stored_so_far(*so_far)}") from None
+    recorder.log("end", completed=recorder.completed, lost_workers=engine.lost_workers)
+
+
+def _stored(plan: SweepPlan) -> tuple[int, int]:
+    return len(plan.positions) - len(plan.missing), len(plan.positions)
+
+
+def _summary(plan: SweepPlan, completed: int, start: float) -> SweepSummary:
+    texts = _texts(plan)
+    statuses = Counter(texts[STATUS])
+    return SweepSummary(
+        planned=len(plan.positions),
+        completed=completed,
+        measured=min(completed, len(plan.measurable)),
+        skipped=len(plan.positions) - len(plan.missing),
+        failed=sum(count for status, count in statuses.items() if status not in ("ok", MISSING)),
+        seconds=time.perf_counter() - start,
+        file=plan.file,
+        faults=_faults(texts),
+        statuses={status: count for status, count in statuses.items() if status != "ok"},
+        verdicts=doubt_counts(texts.get(VERDICT, [])),
+        warnings=tuple(plan.warnings),
+    )
+
+
+def _texts(plan: SweepPlan) -> dict[str, list[str]]:
+    """Statuses, verdicts and obstacles of the runs: of a sweep from its file, of a part from the shards."""
+    if not plan.part.suffix:
+        return {k: v for name in (STATUS, VERDICT, OBSTACLE) for k, v in read_texts(plan.file, name).items()}
+    run_ids = [plan.run_ids[position] for position in plan.positions]
+    index, failures = read_index(plan.directory, check=False), read_failures(plan.directory)
+    texts = [variable for variable in computed_variables(plan.table) if variable.is_text]
+    columns = ShardResults(run_ids, index, failures).columns(texts, {})
+    return {name: values.tolist() for name, values in columns.items()}
+
+
+def _faults(texts: dict[str, list[str]]) -> dict[str, str]:
+    """Label → the most frequent fault of an indicator, with how many runs have one."""
+    faults = {}
+    for name, obstacles in texts.items():
+        found = [obstacle for obstacle in obstacles if tells_fault(obstacle)]
+        if found and name.endswith(OBSTACLE):
+            ((sentence, _),) = Counter(found).most_common(1)
+            faults[name.removesuffix(OBSTACLE)] = (
+                f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"
+            )
+    return faults
+
+
+@dataclass(frozen=True, repr=False)
+class SweepSummary(Answer):
+    """What a sweep did. True if no run failed.
+
+    Runs ``planned``; ``completed`` now, those of them ``measured`` from stored signals; ``skipped``, as
+    stored or failed before; ``failed``, without a good end. ``seconds``: wall time [s]. ``interrupted``:
+    whether it was asked to finish early. ``faults``: label → what is wrong with an indicator that failed, in
+    how many runs. ``statuses``, ``verdicts``: how runs ended, and words on those that ended well → number,
+    ``ok`` left out. ``lost_workers``: processes of the local pool that were killed and replaced.
+    """
+
+    planned: int
+    completed: int
+    measured: int
+    skipped: int
+    failed: int
+    seconds: float
+    file: Path
+    interrupted: bool = False
+    faults: dict[str, str] = field(default_factory=dict)
+    statuses: dict[str, int] = field(default_factory=dict)
+    verdicts: dict[str, int] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    lost_workers: int = 0
+
+    @property
+    def stored(self) -> int:
+        """Runs that are stored now, failed ones among them."""
+        return self.planned - self.statuses.get(MISSING, 0)
+
+    def __bool__(self) -> bool:
+        return not (self.failed or self.faults)
+
+    def parts(self) -> tuple[Piece, ...]:
+        """Nothing: all that it says is about the work, not a result."""
+        return ()
+
+    def asides(self) -> Iterator[str]:
+        """Numbers of runs, the verdicts on them, and what failed."""
+        measured = f" ({self.measured:,} from stored signals)" if self.measured else ""
+        lost = f", {counted(self.lost_workers, 'worker')} lost and replaced" * bool(self.lost_workers)
+        yield (
+            f"{counted(self.planned, 'run')}: {self.completed:,} computed{measured}, {self.skipped:,} stored"
+            f" before, {self.failed:,} failed, in {time_text(self.seconds)}{lost}"
+        )
+        yield from remedy_lines(self.verdicts | self.statuses)
+        yield from (f"{label}: {fault}" for label, fault in self.faults.items())

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.sweeps import why as why
     from hydrofdi.api.trend import trend as trend
     from hydrofdi.config import load_experiment as load_experiment
-    from hydrofdi.diagnosis.answer import Diagnosis as Diagnosis
+    from hydrofdi.diagnosis.diagnosing import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
     from hydrofdi.settings.files import schema as schema
     from hydrofdi.store.exporting import Exported as Exported
@@ -72,7 +72,7 @@ _HOMES = {
         "api.sweeps": "calibrate check collect plan rerun status sweep verify why",
         "api.trend": "trend",
         "config": "load_experiment",
-        "diagnosis.answer": "Diagnosis",
+        "diagnosis.diagnosing": "Diagnosis",
         "errors": "HydrofdiError",
         "settings.ready": "schema",
         "store.exporting": "Exported",

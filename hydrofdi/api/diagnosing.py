@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.diagnosis.answer import Diagnosis
+from hydrofdi.diagnosis.diagnosing import Diagnosis
 from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.overview import Indicators, indicators_of

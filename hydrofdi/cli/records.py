@@ -147,7 +147,7 @@ def diagnose(
 
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
-    from hydrofdi.diagnosis.answer import visible_text
+    from hydrofdi.diagnosis.diagnosing import visible_text
     from hydrofdi.settings.messages import percent
     from hydrofdi.tables.answer import Strong
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.diagnosis.histories import (
+    History,
     Score,
     balance_of,
     history_of_records,
     logged_histories,
     require_files,
 )
-from hydrofdi.diagnosis.trend_answer import TrendAnswer, Trends
-from hydrofdi.diagnosis.trends import History, estimate
+from hydrofdi.diagnosis.trends import TrendAnswer, Trends, estimate
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit

@@ -8,10 +8,15 @@ from typing import Any
 
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.overview import Indicators, indicators_of, indicators_table
-from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures, measure_sources, used_channels
+from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import describe, indicator_names
-from hydrofdi.indicators.selection import assumed_plants, of_machine
+from hydrofdi.indicators.selection import (
+    Indicators,
+    assumed_plants,
+    indicators_of,
+    indicators_table,
+    of_machine,
+)
 from hydrofdi.report.measures import measures_table
 from hydrofdi.settings.arguments import Names, Texts, refusal
 from hydrofdi.tables.table import Table

@@ -22,14 +22,12 @@ from hydrofdi.detectors.trained.request import (
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.simulated import SimulatedRecords
-from hydrofdi.indicators.overview import Indicators
-from hydrofdi.indicators.selection import of_machine
+from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of
 from hydrofdi.settings.files import located, plain
-from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import stored_signals
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData, StoredRecords
+from hydrofdi.store.names import stored_signals
 from hydrofdi.store.results import read_results
 from hydrofdi.studies.healthy import HealthyRecords
 from hydrofdi.studies.winner import winner_settings

@@ -214,8 +214,8 @@ def _since_its_detector(
 ) -> History:
     """The windows of the last detector: another one has other scores or limits."""
     rows, first, digest = sorted({*rows}), 0, ""
-    for place, row in enumerate(rows):
-        first = place if digest and row[3] not in ("", digest) else first
+    for index, row in enumerate(rows):
+        first = index if digest and row[3] not in ("", digest) else first
         digest = row[3] or digest
     if first:
         since = instant_text(rows[first][0])

@@ -154,9 +154,9 @@ class TrendAnswer(Answer):
             return instant_text(time)
         return instant_text(time)[:10] if self.history.is_dated else f"day {plain(time / DAY, 4)}"
 
-    def _range(self, found: Estimate, text: Callable[[float], str]) -> str:
+    def _range(self, interval: Estimate, text: Callable[[float], str]) -> str:
         """A value and its interval; a unit that all have stands once."""
-        value, low, high = (text(each) for each in (found.value, found.low, found.high))
+        value, low, high = (text(each) for each in (interval.value, interval.low, interval.high))
         unit = f" {self.shown_unit}" if text == self.amount and self.shown_unit else ""
         return f"{value} ({low.removesuffix(unit)} to {high})"
 
@@ -196,7 +196,7 @@ class TrendAnswer(Answer):
         points, used = self.points, int(self.points.is_used.sum())
         left = f", {len(points.time) - used} left out" if used < len(points.time) else ""
         ends = f"{self.when(self.draws.time[0] * DAY)} to {self.when(self.draws.time[-1] * DAY)}"
-        found = {
+        facts = {
             "history": f"{ends}, {used} points of {time_or_days(self.every)}{left}",
             "evidence": f"p = {self.p_value:.2g}, a trend if at most {percent(self.false_alarm_rate)}",
             "intervals": f"{100.0 * self.confidence:g} %",
@@ -204,7 +204,7 @@ class TrendAnswer(Answer):
         if self.rate is not None:
             span = 30.0 * self.every
             laws = ", ".join(f"{name} {percent(share)}" for name, share in self.laws.items())
-            found |= {
+            facts |= {
                 "law": laws,
                 "level before": self._range(self.level_before, self.amount),
                 "level now": self._range(self.level_now, self.amount),
@@ -215,8 +215,8 @@ class TrendAnswer(Answer):
                 + f" in {time_or_days(span)}",
             }
         if (effect := self.temperature_effect) is not None:
-            found["oil temperature"] = f"compensated, {self._range(effect, self.amount)} per K"
-        return found
+            facts["oil temperature"] = f"compensated, {self._range(effect, self.amount)} per K"
+        return facts
 
     @property
     def table(self) -> Table:
@@ -283,10 +283,10 @@ class TrendAnswer(Answer):
             date = f"{datetime.fromtimestamp(time, UTC):%Y-%m-%dT%H:%M:%SZ}"
         return {"time_s": float(time), "date": date}
 
-    def _instants(self, found: Estimate | None) -> dict[str, Any] | None:
-        if found is None:
+    def _instants(self, interval: Estimate | None) -> dict[str, Any] | None:
+        if interval is None:
             return None
-        return {name: self._stated(getattr(found, name)) for name in ("value", "low", "high")}
+        return {name: self._stated(getattr(interval, name)) for name in ("value", "low", "high")}
 
     def drawing(self) -> dict[str, Any]:
         """What a figure shows: points, levels, onset, limit and when it is reached, in units for display."""
@@ -302,8 +302,8 @@ class TrendAnswer(Answer):
         instants, tail = np.linspace(self.points.time[0], end, 300), (1.0 - self.confidence) / 2.0
         levels = np.quantile(draws.levels(instants / DAY), (tail, 0.5, 1.0 - tail), axis=1)
         onset, reached = (
-            None if found is None else (found.value / span, found.low / span, found.high / span)
-            for found in (self.onset, self.reached)
+            None if interval is None else (interval.value / span, interval.low / span, interval.high / span)
+            for interval in (self.onset, self.reached)
         )
         return {
             "title": self.answer.partition(". ")[0].rstrip("."),

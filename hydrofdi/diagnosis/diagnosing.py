@@ -110,6 +110,20 @@ class Diagnosis:
             *(Column(name, values[name], is_shown=False) for name in _HIDDEN),
         ), row="hypothesis")  # fmt: skip
 
+    def visible_text(self, record: RecordDiagnosis) -> str:
+        """Which faults would have been seen from which size on, and which at no size."""
+        sized = sorted(
+            (each.title, each.visible, each) for each in record.findings if not math.isnan(each.visible)
+        )
+        units = [_unit(each, size) for _, size, each in sized]
+        seen = [
+            f"{title} {number_text(convert(size, unit), 2)} {typeset(unit)}"
+            for (title, size, _), unit in zip(sized, units, strict=True)
+            if math.isfinite(size)
+        ]
+        never = [title for title, size, _ in sized if math.isinf(size)]
+        return f"{'; '.join(seen)}." + (f" At no size: {'; '.join(never)}." if never else "")
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as ``hydrofdi diagnose --json`` prints it."""
         records = [
@@ -285,19 +299,6 @@ def _travel(batch: RecordBatch, options: BalanceOptions) -> Array:
     behind = max(1, round(0.05 * batch.sampling_frequency))
     way = np.diff(np.quantile(position, (0.02, 0.98), axis=1), axis=0)[0]
     return np.stack((way, np.std(position[:, behind:] - position[:, :-behind], axis=1)), axis=1)
-
-
-def visible_text(findings: Sequence[Finding]) -> str:
-    """Which faults would have been seen from which size on, and which at no size."""
-    sized = sorted((each.title, each.visible, each) for each in findings if not math.isnan(each.visible))
-    units = [_unit(each, size) for _, size, each in sized]
-    seen = [
-        f"{title} {number_text(convert(size, unit), 2)} {typeset(unit)}"
-        for (title, size, _), unit in zip(sized, units, strict=True)
-        if math.isfinite(size)
-    ]
-    never = [title for title, size, _ in sized if math.isinf(size)]
-    return f"{'; '.join(seen)}." + (f" At no size: {'; '.join(never)}." if never else "")
 
 
 def _unit(finding: Finding, size: float) -> str:

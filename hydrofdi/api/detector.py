@@ -19,8 +19,7 @@ from hydrofdi.detectors.trained.file import DetectorFile, Made, detector_text, i
 from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.detectors.trained.windows import watched, windows_table
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.indicators.overview import Indicators
-from hydrofdi.indicators.selection import of_machine
+from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of, refusal
 from hydrofdi.settings.files import located, plain

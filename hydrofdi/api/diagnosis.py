@@ -21,8 +21,7 @@ from hydrofdi.diagnosis.trends import History, estimate
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.indicators.overview import Indicators, indicators_of
-from hydrofdi.indicators.selection import assumed_plants, of_machine
+from hydrofdi.indicators.selection import Indicators, assumed_plants, indicators_of, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.records.times import FIRST_DATE, instant
 from hydrofdi.settings.arguments import Names, Texts, names_of, positive_of, refusal

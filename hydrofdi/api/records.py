@@ -12,11 +12,16 @@ from typing import TYPE_CHECKING, Any, Literal
 from hydrofdi.api.sources import Described, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.faults import summaries
+from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.nominal_actuator import constants_not_given
-from hydrofdi.indicators.overview import Indicators, indicators_of
-from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import Description, describe, indicator_names
-from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
+from hydrofdi.indicators.selection import (
+    Indicators,
+    assumed_plants,
+    indicators_of,
+    make_indicators,
+    of_machine,
+)
 from hydrofdi.records import Channel
 from hydrofdi.records.contents import Contents
 from hydrofdi.records.files import selection

@@ -18,7 +18,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
+    from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 
 _MOST_FAULTS, _MOST_ROWS, _FEW_RECORDS = 4, 20, 3
 """Most faults that are explained; most records, scores and pairs of groups; and most records beside each
@@ -58,7 +58,7 @@ def measure(
     from hydrofdi.api.records import measured_records
     from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
-    from hydrofdi.indicators.overview import Counted
+    from hydrofdi.indicators.measuring import Counted
 
     chosen_form = _form("json" if json else form, out)
     said = Described(settings.get("sampling_frequency"))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.config.sections.plant import INPUTS, OUTPUTS
+from hydrofdi.config.plant import INPUTS, OUTPUTS
 from hydrofdi.fmi.fmu import Model, Variable, read_model
 from hydrofdi.settings.files import yaml_text
 from hydrofdi.settings.messages import counted, number_text

@@ -15,11 +15,10 @@ from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.simulation.calibration import leakage_coefficients
-from hydrofdi.store.experiment_data import ShardResults
+from hydrofdi.store import names
 from hydrofdi.store.experiment_file import write_experiment
-from hydrofdi.store.layout import names
 from hydrofdi.store.results import library_versions
-from hydrofdi.store.shards import Columns, read_index, write_shard
+from hydrofdi.store.shards import Columns, ShardResults, read_index, write_shard
 
 
 def compute_run(experiment: ExperimentConfig) -> tuple[RunSpec, Columns]:

@@ -21,10 +21,10 @@ from hydrofdi.detectors.trained.configuration import stated_indicators
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
-from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
+from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import needed_channels, read_study, within
 from hydrofdi.studies.records import (

@@ -16,7 +16,7 @@ from hydrofdi.evaluation.scores import Kind
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, sketch_of
 from hydrofdi.records.source import MeasuredSource
-from hydrofdi.store.records import StoredRecords
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.results import external_coefficients
 from hydrofdi.studies.reading import WHICH, require_labels, stored_roles
 

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.overview import Counted
-from hydrofdi.indicators.record_measures import RecordMeasures
+from hydrofdi.indicators.measuring import Counted, RecordMeasures
 from hydrofdi.records.copies import Copies, pairs
 from hydrofdi.settings.messages import counted
 

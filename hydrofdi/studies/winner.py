@@ -11,8 +11,8 @@ from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.layout.names import STATUS
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import MISSING, STATUS
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 from hydrofdi.studies.reading import within
 from hydrofdi.studies.records import found_from

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.sections.csv_input import held_text
-from hydrofdi.config.sections.drive import InputConfig, RecordConfig
+from hydrofdi.config.drive import InputConfig, RecordConfig, held_text
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checking import computed_rows
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import input_voltage, largest_voltage
-from hydrofdi.transforms.wavelet import detail_rms
+from hydrofdi.transforms import detail_rms
 from tests.second_solver import simulate_with_solver
 
 RUN = RecordConfig(duration=4.0)

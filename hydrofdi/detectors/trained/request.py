@@ -13,7 +13,7 @@ from hydrofdi.detectors.trained.file import DetectorFile, load_detector
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.overview import Indicators
+from hydrofdi.indicators.selection import Indicators
 
 
 def options_of_machine(

@@ -163,7 +163,8 @@ def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | N
         return f"has no {' and no '.join(missing)}{spool_remedy(missing, indicator)}"
     relative = sorted(indicator.channels & records.relative)
     if indicator.needs_scale and relative:
-        return f"{relative[0]} is in counts, but {indicator.name} needs it in {relative[0].unit}"
+        found = "is normalised" if relative[0] in records.normalized else "is in counts"
+        return f"{relative[0]} {found}, but {indicator.name} needs it in {relative[0].unit}"
     return indicator.obstacle(records)
 
 

@@ -91,7 +91,7 @@ class RecordBatch:
     Attributes
     ----------
     channels : mapping of Channel to ndarray, shape (n_record, n_time)
-        In SI; channels in `relative` are in counts of a converter.
+        In SI; channels in `relative` are in counts of a converter, or divided by a reference.
     sampling_frequency : float
         [Hz]
     record_ids : tuple of str, length n_record
@@ -106,6 +106,8 @@ class RecordBatch:
         Period of the drive [s]; None if it is not known, or there is none.
     relative : frozenset of Channel
         Channels without a scale.
+    normalized : frozenset of Channel
+        Channels of `relative` that were divided by a reference of the same unit; the others are in counts.
     remarks : tuple of tuple of Issue, length n_record
         Findings about each record.
     rejected : tuple of RejectedRecord
@@ -126,6 +128,7 @@ class RecordBatch:
     start_time: float = 0.0
     drive_period: float | None = None
     relative: frozenset[Channel] = frozenset()
+    normalized: frozenset[Channel] = frozenset()
     remarks: tuple[tuple[Issue, ...], ...] = ()
     rejected: tuple[RejectedRecord, ...] = ()
     units: Mapping[Channel, frozenset[str]] = field(default_factory=dict)
@@ -171,8 +174,10 @@ class RecordBatch:
         return round(samples) if samples > 0.5 and abs(samples - round(samples)) < 1e-6 else None
 
     def unit(self, channel: Channel) -> str:
-        """Unit of a channel in this batch: its SI unit, or ``counts``."""
-        return "counts" if channel in self.relative else channel.unit
+        """Unit of a channel in this batch: its SI unit, ``counts``, or ``1``."""
+        if channel not in self.relative:
+            return channel.unit
+        return "1" if channel in self.normalized else "counts"
 
     def __getitem__(self, channel: Channel) -> Array:
         """Samples of a channel, shape (n_record, n_time)."""

@@ -344,6 +344,10 @@ class MeasuredConfig(SamplesConfig):
     severity: dict[str, Annotated[float, SI("m^3/s", above=0.0)]] = Field(default_factory=dict)
     """Label → leakage flow of its records, if known. Only evaluations use it."""
 
+    normalize: Literal["none", "supply", "hold"] = "none"
+    """``supply``: pressures are divided by the mean of the supply pressure. ``hold``: by the mean of the
+    higher chamber pressure in the last fifth of the file or cycle. Pressures are then relative."""
+
 
 _FIELD = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
 OWN_NAMES = ("folder", "file", "direction")
@@ -446,6 +450,9 @@ def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     needs = [
         (("segment",), config.segment is not None, Channel.PISTON_POSITION),
         (("limits", "shortest_stroke"), config.limits.shortest_stroke is not None, Channel.PISTON_POSITION),
+        (("normalize",), config.normalize == "supply", Channel.SUPPLY_PRESSURE),
+        (("normalize",), config.normalize == "hold", Channel.CHAMBER_1_PRESSURE),
+        (("normalize",), config.normalize == "hold", Channel.CHAMBER_2_PRESSURE),
     ]
     for key in ("group", "label"):
         needs.append(((key,), "direction" in fields_of(getattr(config, key)), Channel.PISTON_POSITION))

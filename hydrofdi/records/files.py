@@ -318,7 +318,7 @@ class Selection:
                 raise DataError(f"{batch.sources[row]}: has no {channel.symbol} ({channel}); it has {has}")
             own, values = batch.unit(channel), batch[channel][row]
             if channel in batch.relative:
-                yield WrittenColumn(channel.symbol, own, values)
+                yield WrittenColumn(channel.symbol, "-" if own == "1" else own, values)
                 continue
             unit = self.units.get(channel, own)
             factor = parse_unit(own).factor / parse_unit(unit).factor

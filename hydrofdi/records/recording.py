@@ -61,6 +61,7 @@ class Recording:
     sampling_frequency: float
     start_time: float = 0.0
     relative: frozenset[Channel] = frozenset()
+    normalized: frozenset[Channel] = frozenset()
     remarks: tuple[Issue, ...] = ()
     scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
     units: Mapping[Channel, str] = field(default_factory=dict)
@@ -396,3 +397,45 @@ def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue
     durations = [n / recording.sampling_frequency for n in (before, after)]
     text = f"{durations[0]:g} s before the first cycle and {durations[1]:g} s after the last are left out"
     return (Issue(text, kind="left_out"),)
+
+
+_HOLD = 5
+"""The last fifth is the hold."""
+
+
+def reference_pressure(recording: Recording, kind: str) -> float:
+    """The pressure by which the others are divided, in the unit of its channel."""
+    units = {recording.unit(channel) for channel in recording.channels if channel.is_pressure}
+    if len(units) > 1:
+        raise DataError(
+            f"normalize: pressures in {' and in '.join(sorted(units, reverse=True))}"
+            " cannot be divided by one another"
+        )
+    if kind == "supply":
+        pressure = float(recording.channels[Channel.SUPPLY_PRESSURE].mean())
+    else:
+        last = recording.n_time - recording.n_time // _HOLD
+        chambers = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE)
+        pressure = max(float(recording.channels[chamber][last:].mean()) for chamber in chambers)
+    if not pressure > 0.0:
+        raise RejectionError(
+            "no_reference", f"the {kind} pressure is {pressure:g}; pressures cannot be divided by it"
+        )
+    return pressure
+
+
+def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
+    """A recording with divided pressures, which are then relative."""
+    pressures = frozenset(channel for channel in recording.channels if channel.is_pressure)
+    shown = recording.shown(Channel.CHAMBER_1_PRESSURE, pressure)
+    text = f"pressures are divided by the {kind} pressure, {shown}"
+    return replace(
+        recording,
+        channels={
+            channel: samples / pressure if channel in pressures else samples
+            for channel, samples in recording.channels.items()
+        },
+        relative=recording.relative | pressures,
+        normalized=pressures,
+        remarks=(*recording.remarks, Issue(text, kind="normalized")),
+    )

@@ -33,7 +33,9 @@ from hydrofdi.records.recording import (
     Recording,
     cycles_of,
     find_stroke,
+    normalized,
     recording_of,
+    reference_pressure,
     segment_of,
     short_stroke,
     trimmed,
@@ -94,6 +96,7 @@ def _batch(
         groups=tuple(record.group for record in records),
         drive_period=drive_period,
         relative=first.relative,
+        normalized=first.normalized,
         remarks=tuple(record.remarks for record in records),
         rejected=tuple(rejected),
         units={channel: frozenset(record.units[channel] for record in records) for channel in first.units},
@@ -184,6 +187,8 @@ class MeasuredSource:
             own = config.actuator.ranges.items()
             ranges = {name: limits for name, limits in own if name not in record.relative} | self._ranges
             record = record.remarked((*remarks, *defects(record, config.limits, ranges)))
+            if config.normalize != "none":
+                record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
         except RejectionError as rejection:
             return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
         return replace(record, group=group, label=label)

@@ -24,10 +24,9 @@ import numpy as np
 
 import hydrofdi
 from hydrofdi.config import ExperimentConfig, load_experiment
-from hydrofdi.diagnosis.history import history_of
+from hydrofdi.diagnosis.history import history_of, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE
 from hydrofdi.diagnosis.judging import Judge
-from hydrofdi.diagnosis.signatures import signatures
 from hydrofdi.evaluation.rates import clopper_pearson
 from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.indicators.registry import sound_indicator

@@ -20,10 +20,9 @@ import numpy as np
 from diagnosis import EDGES, NOTHING, error, expected, faults, records_of, share
 
 from hydrofdi.config import load_experiment
-from hydrofdi.diagnosis.history import history_of
+from hydrofdi.diagnosis.history import history_of, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE
 from hydrofdi.diagnosis.judging import Judge
-from hydrofdi.diagnosis.signatures import signatures
 from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.indicators.nominal_actuator import from_sheet
 from hydrofdi.indicators.registry import sound_indicator

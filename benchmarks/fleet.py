@@ -36,7 +36,7 @@ from benchmarks.monitor import FREQUENCY, N_SAMPLE, WINDOW, Healthy, signals
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Made, detector_text
 from hydrofdi.detectors.trained.training import train
-from hydrofdi.monitor.fleet_configuration import load_fleet_config
+from hydrofdi.monitor.configuration import load_fleet_config
 from hydrofdi.records import Array, Channel
 
 N_SENDER = 2

@@ -7,8 +7,8 @@ from jobs import Job
 
 from hydrofdi.simulation.batch import chunks
 from hydrofdi.simulation.inputs import Inputs
-from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, WIDTH, ModelOptions, pack_lanes
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, WIDTH, ModelOptions, pack_lanes
 
 
 def advance_full_lanes(jobs: list[Job]) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.inputs import input_voltage
-from hydrofdi.simulation.kernels.lanes import WIDTH, pack_singles
+from hydrofdi.simulation.lanes import WIDTH, pack_singles
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import detail_rms
 

@@ -29,7 +29,7 @@ from sensors import measure_sensors, tell_sensors
 
 from hydrofdi.engine import available_cores
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.simulation.lanes import WIDTH
 
 KERNEL_RECORD = 4.0
 """Duration of the record of the timed kernels [s]."""

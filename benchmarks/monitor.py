@@ -31,8 +31,7 @@ from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.loop import single_monitor
-from hydrofdi.monitor.machines import Kind
-from hydrofdi.monitor.outlets import Receiver
+from hydrofdi.monitor.machines import Kind, Receiver
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk

@@ -10,7 +10,7 @@ import time
 
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import OpcUaSource
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.description import ChannelConfig
 from tests.monitor.brokers import free_port
 from tests.monitor.test_opcua_source import LoopbackServer
@@ -49,7 +49,7 @@ def measure(rate, n_block):
     process.start()
     channels = {each: ChannelConfig(column=f"ns=1;s={each.symbol}", unit="Pa") for each in CHANNELS}
     address = Address.parse(f"opc.tcp://127.0.0.1:{port}")
-    source = OpcUaSource(address, OpcUaConfig(), channels, rate, first_wait=0.1)
+    source = OpcUaSource(address, OpcUaConfig(), channels, rate)
     source.open({})
     while not source.read(1.0):
         pass

@@ -15,8 +15,8 @@ import numpy as np
 from jobs import lane_jobs
 
 from hydrofdi.simulation.inputs import Inputs
-from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, ModelOptions, pack_lanes
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, ModelOptions, pack_lanes
 
 CHOICES: dict[str, dict[str, Any]] = {
     "off": {},

@@ -10,7 +10,7 @@ import numpy as np
 from jobs import lane_jobs
 
 from hydrofdi.execution.compute import Job, compute_columns
-from hydrofdi.sensing import CHANNELS
+from hydrofdi.simulation.sensing import CHANNELS
 
 RECORD = 20.0
 """Duration of the record of the timed batches [s]."""

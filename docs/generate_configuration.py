@@ -26,11 +26,10 @@ from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.rules import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig
+from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.records.description import MeasuredConfig
+from hydrofdi.settings.messages import typeset
 from hydrofdi.settings.quantities import Section, field_texts
-from hydrofdi.settings.readable import typeset
 
 DOCS, CONFIGS = Path(__file__).parent, Path(__file__).parent.parent / "configs"
 PACKAGE = Path(__file__).parent.parent / "hydrofdi"

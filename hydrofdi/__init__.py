@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from hydrofdi.config import load_experiment as load_experiment
     from hydrofdi.diagnosis.answer import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
-    from hydrofdi.settings.ready import schema as schema
+    from hydrofdi.settings.files import schema as schema
     from hydrofdi.store.exporting import Exported as Exported
     from hydrofdi.tables.table import Table as Table
 

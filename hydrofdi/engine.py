@@ -13,7 +13,7 @@ import threading
 import time
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
@@ -120,22 +120,30 @@ def run_halving(
     engine: Engine,
     task: Callable[[Any], Any],
     items: Iterable[Any],
-    halves: Callable[[Any], list[Any]],
-    time_limit: Callable[[Any], float | None] = lambda item: None,
+    split: Callable[[Any], Sequence[Any]],
+    time_limit: Callable[[Any], float | None],
 ) -> Iterator[TaskResult]:
     """Results of items as they come; an item that fails is halved until what fails stands alone.
 
-    An error of the user, such as a full disk, fails the whole item.
+    An error of the user, such as a full disk, ends all.
     """
     for item in items:
         engine.submit(task, item, time_limit(item))
     for result in engine.completed():
-        is_final = result.failure is None or isinstance(result.failure.error, HydrofdiError)
-        parts = [] if is_final else halves(result.item)
+        if result.failure and isinstance(result.failure.error, HydrofdiError):
+            engine.cancel()
+            raise result.failure.error
+        parts = split(result.item) if result.failure else ()
         for part in parts:
             engine.submit(task, part, time_limit(part))
         if not parts:
             yield result
+
+
+def halves(items: Sequence[Any]) -> list[Sequence[Any]]:
+    """Two halves of some items; none of a single one."""
+    middle = len(items) // 2
+    return [items[:middle], items[middle:]] if middle else []
 
 
 def raised(error: BaseException) -> TaskFailure:
@@ -252,14 +260,11 @@ class LocalPoolEngine(Engine):
         """Start the server that workers are forked from."""
         for variable in _THREAD_VARIABLES:
             os.environ.setdefault(variable, "1")
-        if "forkserver" in multiprocessing.get_all_start_methods():
-            self._context = multiprocessing.get_context("forkserver")
-            self._context.set_forkserver_preload(["hydrofdi.execution.compute"])
-            resource_tracker.ensure_running()  # lets signals through when it has started
-            with _without_interrupts(), _without_main():
-                forkserver.ensure_running()
-        else:
-            self._context = multiprocessing.get_context("spawn")
+        self._context = multiprocessing.get_context("forkserver")
+        self._context.set_forkserver_preload(["hydrofdi.execution.compute"])
+        resource_tracker.ensure_running()  # lets signals through when it has started
+        with _without_interrupts(), _without_main():
+            forkserver.ensure_running()
         return self
 
     def completed(self) -> Iterator[TaskResult]:

@@ -40,58 +40,32 @@ class Unit:
         return Unit(factor, tuple(exponent * power for exponent in self.exponents))
 
 
-def _unit(factor: str | Fraction, **exponents: int) -> Unit:
-    return Unit(Fraction(factor), tuple(Fraction(exponents.get(base, 0)) for base in BASE_UNITS))
-
-
 _POUND_FORCE = Fraction("0.45359237") * Fraction("9.80665")
-_NEWTON = _unit("1", kg=1, m=1, s=-2)
-_PASCAL = _unit("1", kg=1, m=-1, s=-2)
-_DEGREE = _unit(Fraction(math.pi) / 180, rad=1)
+_FACTORS: tuple[tuple[dict[str, int], dict[str, str | Fraction]], ...] = (
+    ({}, {"1": "1", "%": "1/100"}),
+    ({"kg": 1}, {"kg": "1", "g": "1/1000", "t": "1000", "lb": "0.45359237"}),
+    ({"m": 1}, {"m": "1", "in": "0.0254", "ft": "0.3048"}),
+    ({"s": 1}, {"s": "1", "min": "60", "h": "3600", "day": "86400", "days": "86400", "exceldays": "86400"}),
+    ({"s": 1}, {"µexceldays": "0.0864", "FILETIME": "1/10000000"}),
+    ({"s": -1}, {"Hz": "1"}),
+    ({"rad": 1}, {"rad": "1", "deg": Fraction(math.pi) / 180, "°": Fraction(math.pi) / 180}),
+    ({"kg": 1, "m": 1, "s": -2}, {"N": "1", "daN": "10", "kgf": "9.80665", "lbf": _POUND_FORCE}),
+    ({"kg": 1, "m": -1, "s": -2}, {"Pa": "1", "hPa": "100", "atm": "101325", "bar": "100000"}),
+    ({"kg": 1, "m": -1, "s": -2}, {"psi": _POUND_FORCE / Fraction("0.0254") ** 2}),
+    ({"m": 3}, {"L": "1/1000", "l": "1/1000", "galUS": "0.003785411784", "galUK": "0.00454609"}),
+    ({"m": 2, "s": -1}, {"St": "1/10000"}),
+    ({"A": 1}, {"A": "1"}),
+    ({"K": 1}, {"K": "1", "°C": "1", "degC": "1"}),
+    ({"kg": 1, "m": 2, "s": -3, "A": -1}, {"V": "1"}),
+    ({"kg": 1, "m": 2, "s": -2}, {"J": "1"}),
+    ({"kg": 1, "m": 2, "s": -3}, {"W": "1"}),
+)
+"""Dimension → factors of its units."""
 
 SYMBOLS = {
-    "1": _unit("1"),
-    "%": _unit("1/100"),
-    "kg": _unit("1", kg=1),
-    "g": _unit("1/1000", kg=1),
-    "t": _unit("1000", kg=1),
-    "lb": _unit("0.45359237", kg=1),
-    "m": _unit("1", m=1),
-    "in": _unit("0.0254", m=1),
-    "ft": _unit("0.3048", m=1),
-    "s": _unit("1", s=1),
-    "min": _unit("60", s=1),
-    "h": _unit("3600", s=1),
-    "day": _unit("86400", s=1),
-    "days": _unit("86400", s=1),
-    "exceldays": _unit("86400", s=1),
-    "µexceldays": _unit("0.0864", s=1),
-    "FILETIME": _unit("1/10000000", s=1),
-    "Hz": _unit("1", s=-1),
-    "rad": _unit("1", rad=1),
-    "deg": _DEGREE,
-    "°": _DEGREE,
-    "N": _NEWTON,
-    "daN": _unit("10", kg=1, m=1, s=-2),
-    "kgf": _unit("9.80665", kg=1, m=1, s=-2),
-    "lbf": Unit(_POUND_FORCE, _NEWTON.exponents),
-    "Pa": _PASCAL,
-    "hPa": Unit(Fraction(100), _PASCAL.exponents),
-    "atm": Unit(Fraction(101_325), _PASCAL.exponents),
-    "bar": Unit(Fraction(100_000), _PASCAL.exponents),
-    "psi": Unit(_POUND_FORCE / Fraction("0.0254") ** 2, _PASCAL.exponents),
-    "L": _unit("1/1000", m=3),
-    "l": _unit("1/1000", m=3),
-    "galUS": _unit("0.003785411784", m=3),
-    "galUK": _unit("0.00454609", m=3),
-    "St": _unit("1/10000", m=2, s=-1),
-    "A": _unit("1", A=1),
-    "K": _unit("1", K=1),
-    "°C": _unit("1", K=1),
-    "degC": _unit("1", K=1),
-    "V": _unit("1", kg=1, m=2, s=-3, A=-1),
-    "J": _unit("1", kg=1, m=2, s=-2),
-    "W": _unit("1", kg=1, m=2, s=-3),
+    symbol: Unit(Fraction(factor), tuple(Fraction(powers.get(base, 0)) for base in BASE_UNITS))
+    for powers, factors in _FACTORS
+    for symbol, factor in factors.items()
 }
 """Symbol → unit."""
 

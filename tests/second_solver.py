@@ -12,11 +12,10 @@ from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.physics import control
 from hydrofdi.physics.valve import acting_voltage
-from hydrofdi.simulation import inputs
+from hydrofdi.simulation import hydraulics, inputs, kernel, sensing
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import ROWS, leakage_signal, oil_temperatures, outcome_of
-from hydrofdi.simulation.kernels import hydraulics, kernel
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, ModelOptions, pack_singles
+from hydrofdi.simulation.lanes import N_PAPER_SAMPLED, STATES, ModelOptions, pack_singles
 
 Solver = Literal["lsoda", "radau"]
 
@@ -33,7 +32,7 @@ def simulate_with_solver(
     leakage_coefficients: Sequence[float],
     solver: Solver,
     tolerance: float = RELATIVE_TOLERANCE,
-    tap: inputs.Tap | None = None,
+    tap: sensing.Measurement | None = None,
 ) -> Trajectory:
     """Simulate runs one by one with a solver of SciPy."""
     sampling = runs[0].record
@@ -41,7 +40,8 @@ def simulate_with_solver(
     records = [
         _Record(
             parameters, singles[k : k + 1], solver, tolerance,
-            tap.reader([k]) if tap and tap.wants(k) else None, tap.feedback_noise(k) if tap else None,
+            tap.reader([k]) if tap and tap.wants(k) else None,
+            sensing.feedback_noise(parameters) if tap else None,
         )
         for k, parameters in enumerate(runs)
     ]  # fmt: skip
@@ -83,7 +83,7 @@ class _Record:
         single: NDArray[Any],
         solver: Solver,
         tolerance: float,
-        reader: inputs.Reader | None,
+        reader: sensing.LaggedRuns | None,
         noise: NDArray[np.float64] | None,
     ) -> None:
         record, supply = parameters.record, parameters.supply
@@ -92,8 +92,8 @@ class _Record:
         self._reader, self._fluid = reader, parameters.fluid
         self._options = ModelOptions.of(parameters)
         self._is_closed = parameters.control.is_closed
-        self._steps_per_control = inputs.steps_per_control(parameters)
-        self._reading_errors = inputs.reading_errors(parameters, steps, noise)
+        self._steps_per_control = sensing.steps_per_control(parameters)
+        self._reading_errors = sensing.reading_errors(parameters, steps, noise)
         self.load = inputs.load_force(parameters.load, record, steps)
         self._is_smooth = not self._is_closed and parameters.input.shape == "sine"
         self.reference = np.full(record.n_step, np.nan)

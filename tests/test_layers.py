@@ -17,7 +17,7 @@ LAYERS = [
     {"api"},
     {"execution"},
     {"papers"},
-    {"monitor", "report", "studies", "quality", "sensing", "store", "simulation"},
+    {"monitor", "report", "studies", "quality", "store", "simulation"},
     {"config"},
     {"detectors", "diagnosis"},
     {"indicators"},
@@ -33,7 +33,7 @@ LAYERS = [
 
 SIDEWAYS = {
     ("report", "store"), ("report", "quality"), ("report", "studies"), ("studies", "store"),
-    ("quality", "simulation"), ("sensing", "simulation"), ("monitor", "store"),
+    ("quality", "simulation"), ("monitor", "store"),
 }  # fmt: skip
 """Imports within a layer."""
 
@@ -46,7 +46,7 @@ HOMES = {
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
-    "pyarrow": ("tables/table.py", "records/opening.py", "records/writing.py"),
+    "pyarrow": ("tables/table.py", "records/files.py"),
     "xarray": ("api/", "tables/table.py"),
     "pandas": ("api/", "tables/table.py"),
     "numba": ("compilation/",),
@@ -58,7 +58,7 @@ HOMES = {
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua.py",),
     "cryptography": ("monitor/opcua.py",),
-    "fmpy": ("fmi/",),
+    "fmpy": ("fmi.py",),
     "prometheus_client": ("monitor/metrics.py",),
 }
 """Outside library → where it may be imported."""

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.selection import load_indicators
-from hydrofdi.settings.yaml_source import dotted, parse_yaml, scalar
+from hydrofdi.settings.files import dotted, parse_yaml, scalar
 from tests.commands import run
 
 

@@ -11,7 +11,7 @@ from hydrofdi.monitor.opcua import Joiner, NodeValue
 from hydrofdi.records.cutting import Stroke, edges, find_stroke, short_stroke
 from hydrofdi.records.recording import Recording, _resampled
 from hydrofdi.records.streams import Chunk, EvenStream
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.settings.messages import shown_quantity
 
 LEVELS = range(1, 60)
 TIMES = np.arange(20)

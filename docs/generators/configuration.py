@@ -17,11 +17,10 @@ from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.study import WatchedChart
 from hydrofdi.detectors.charts import ChartOptions
 from hydrofdi.detectors.rules import chart_kind, chart_names
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig
+from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.records.description import MeasuredConfig, SamplesConfig
+from hydrofdi.settings.messages import readable_unit, typeset
 from hydrofdi.settings.quantities import SI, field_texts
-from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.units import convert, parse_quantity
 
 EXPERIMENT = """\

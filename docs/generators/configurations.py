@@ -8,7 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from generators.writing import hidden_toctree, table, write_room
-from hydrofdi.settings.ready import ready_folder, ready_names, ready_summary
+from hydrofdi.settings.files import ready_folder, ready_names, ready_summary
 
 INTRODUCTION = """\
 # Ready configurations

@@ -7,7 +7,7 @@ from pathlib import Path
 from generators.writing import table, write_page
 from hydrofdi.detectors.rules import chart_kind, chart_names
 from hydrofdi.indicators.registry import describe
-from hydrofdi.settings.ready import ready_folder, ready_names
+from hydrofdi.settings.files import ready_folder, ready_names
 
 INTRODUCTION = """\
 # Detectors and charts

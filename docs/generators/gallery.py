@@ -14,7 +14,7 @@ from docutils.nodes import make_id
 from sphinx.errors import ExtensionError
 
 import hydrofdi
-from hydrofdi.settings.ready import ready_folder
+from hydrofdi.settings.files import ready_folder
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx

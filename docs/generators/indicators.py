@@ -13,7 +13,7 @@ from generators.writing import table, write_page
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.registry import GROUP, Description, Option, describe
-from hydrofdi.settings.readable import typeset
+from hydrofdi.settings.messages import typeset
 
 INTRODUCTION = """\
 # All indicators

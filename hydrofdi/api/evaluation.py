@@ -25,8 +25,7 @@ from hydrofdi.indicators.selection import assumed_plants, of_machine
 from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.evaluation import EvaluationAnswer
 from hydrofdi.settings.arguments import Names, Texts, names_of
-from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Source
+from hydrofdi.settings.files import Source, validated
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.healthy import labels_of_healthy
 from hydrofdi.studies.left import Left

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.errors import ConfigError
 from hydrofdi.records import Channel
-from hydrofdi.records.writing import selection
+from hydrofdi.records.files import selection
 from hydrofdi.settings.arguments import names_of, path_of
 from hydrofdi.store.exporting import Exported, target_of, write_records
 

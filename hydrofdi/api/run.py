@@ -24,12 +24,11 @@ from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import UnknownNameError
-from hydrofdi.execution.calibrating import leakage_coefficients
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.arguments import names_of, path_of
-from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.settings.messages import nearest, shown_quantity
+from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable

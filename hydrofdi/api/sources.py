@@ -19,8 +19,8 @@ from hydrofdi.records.columns import split_title
 from hydrofdi.records.memory import held, known_text, records_of
 from hydrofdi.records.source import HeldSource, MeasuredSource, measured_source, plain_source
 from hydrofdi.settings.arguments import Names, Texts, path_of, positive_of, refusal
+from hydrofdi.settings.files import located, ready_hint
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.ready import located, ready_hint
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def kind_of(path: Path) -> str:
     if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
         return "results"
     if path.suffix.lower() in (".yaml", ".yml"):
-        from hydrofdi.settings.validation import read_yaml
+        from hydrofdi.settings.files import read_yaml
 
         keys = set(read_yaml(path, "a description of measured files or an experiment").data or {})
         return "description" if keys & _MEASURED_KEYS else "experiment"

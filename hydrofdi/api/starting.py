@@ -11,8 +11,8 @@ from hydrofdi.config.loading import load_experiment
 from hydrofdi.config.sheet_file import name_text, section_text, sheet_text
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.arguments import path_of
+from hydrofdi.settings.files import ready_copy, ready_names, ready_summary
 from hydrofdi.settings.messages import brief, nearest
-from hydrofdi.settings.ready import ready_copy, ready_names, ready_summary
 from hydrofdi.tables.table import Table
 
 TEMPLATES = ("actuator", "paper", "online", "description")

@@ -116,7 +116,7 @@ def monitor_fleet(
     ConfigError, StoreError
         The file is wrong, or state or log cannot be used. What goes wrong with a machine is an event.
     """
-    from hydrofdi.monitor.fleet_configuration import Pattern, load_fleet_config
+    from hydrofdi.monitor.configuration import Pattern, load_fleet_config
     from hydrofdi.monitor.loop import Monitor
     from hydrofdi.monitor.opening import Sources
 

@@ -24,7 +24,7 @@ from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.overview import Indicators, indicators_of
 from hydrofdi.indicators.selection import assumed_plants, of_machine
-from hydrofdi.records.dates import FIRST_DATE, instant
+from hydrofdi.records.times import FIRST_DATE, instant
 from hydrofdi.settings.arguments import positive_of, refusal
 from hydrofdi.settings.messages import nearest
 from hydrofdi.units import parse_quantity, stated_unit

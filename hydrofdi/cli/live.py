@@ -125,7 +125,7 @@ def _windows(tally: Tally) -> Iterator[Any]:
 
 def _told(tally: Tally) -> Iterator[str]:
     """Counts of windows, of alarms, and of what was not judged."""
-    from hydrofdi.settings.readable import count_text, percent, percentage, time_text
+    from hydrofdi.settings.messages import count_text, percent, percentage, time_text
 
     windows, rate = counted(tally.n_judged, "window"), tally.rate
     records, lasting = counted(tally.n_record, "record"), time_text(3600.0 * tally.hours)
@@ -249,7 +249,7 @@ def replay(
 
     Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
     """
-    from hydrofdi.api.streams import sample_target
+    from hydrofdi.monitor.replaying import sample_target
 
     chunks = hydrofdi.replay(source, rate=rate, settings=settings or (), **more)
     n_sample = 0

@@ -16,8 +16,7 @@ from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
 from hydrofdi.detectors.trained.promise import promise_text
 from hydrofdi.records.streams import Chunk, Event, EventKind
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import plain, shown_quantity, time_text
+from hydrofdi.settings.messages import counted, plain, shown_quantity, time_text
 
 _FRAME = 0.25
 """Time between frames [s]."""

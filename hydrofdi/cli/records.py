@@ -148,7 +148,7 @@ def diagnose(
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
     from hydrofdi.diagnosis.answer import visible_text
-    from hydrofdi.settings.readable import percent
+    from hydrofdi.settings.messages import percent
     from hydrofdi.tables.answer import Strong
 
     history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"

@@ -68,7 +68,7 @@ def configs(
     Their names work wherever a command takes a configuration: 'hydrofdi sweep table3'. A file of your own
     with the same name takes precedence.
     """
-    from hydrofdi.settings.ready import ready_copy, ready_hint, ready_names, ready_summary
+    from hydrofdi.settings.files import ready_copy, ready_hint, ready_names, ready_summary
     from hydrofdi.tables.answer import Reply
 
     asked = (name or "").removeprefix("configs/").removesuffix(".yaml").rstrip("/")
@@ -144,7 +144,7 @@ def indicators(
 
 
 def _described(indicator: Description) -> Iterator[Any]:
-    from hydrofdi.settings.readable import typeset
+    from hydrofdi.settings.messages import typeset
     from hydrofdi.tables.answer import Strong
     from hydrofdi.tables.table import Table
 

@@ -2,6 +2,9 @@
 
 Loading numba and its cache takes longer than a run. Machine code that does not use numba's runtime can be
 linked by llvmlite alone, in milliseconds. The process that compiles a kernel runs the same code.
+
+It is kept in folders that this user alone can write. Their names contain a hash of all sources that the
+kernels of a package use: equations of other files are inlined into them.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ import ctypes
 import hashlib
 import linecache
 import os
+import stat
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -20,7 +24,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hydrofdi.compilation.compiling import belongs_here, cache_directory, is_dynamic, room_of
+from hydrofdi.compilation.symbols import is_dynamic, recorded
 from hydrofdi.physics.equation import EQUATIONS, FAST_MATH
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., None])
@@ -104,8 +108,6 @@ def _prepared(
 
 def _recorded_code(function: _Kernel, arguments: tuple[Any, ...]) -> bytes:
     from llvmlite import binding
-
-    from hydrofdi.compilation.symbols import recorded
 
     machine = _target_machine()
     module = binding.parse_assembly(recorded(function, arguments, _SYMBOL))
@@ -278,3 +280,54 @@ def _write(path: Path, code: bytes) -> None:
         part.touch(mode=0o600)
         part.write_bytes(_digest(code) + code)
         os.replace(part, path)
+
+
+def room_of(function: Callable[..., object]) -> str:
+    """Package of hydrofdi whose sources a function uses; ``simulation`` for functions from elsewhere."""
+    parts = function.__module__.split(".")
+    return parts[1] if parts[0] == "hydrofdi" and len(parts) > 1 else "simulation"
+
+
+@cache
+def cache_directory(room: str) -> Path | None:
+    """Cache folder of the compiled kernels of a package in its present version; as `own_cache`."""
+    return own_cache(f"kernel-{_source_hash(room)}")
+
+
+def own_cache(name: str) -> Path | None:
+    """A folder of the cache; None if there is no writable one that belongs to this user alone.
+
+    Nothing is kept then.
+    """
+    folder = _cache_root() / name
+    try:
+        for made in (*reversed(folder.parents), folder):  # parents=True would ignore the mode
+            made.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    usable = stat.S_ISDIR(status.st_mode) and belongs_here(status) and os.access(folder, os.W_OK | os.X_OK)
+    return folder if usable else None
+
+
+def belongs_here(status: os.stat_result) -> bool:
+    """Whether a file or folder belongs to this user, and nobody else may write it."""
+    return status.st_uid == os.geteuid() and not status.st_mode & 0o022
+
+
+def _cache_root() -> Path:
+    if own := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(own)
+    user = os.environ.get("XDG_CACHE_HOME")
+    home = Path(user) if user else Path(os.path.expanduser("~")) / ".cache"
+    return home / "hydrofdi"
+
+
+def _source_hash(room: str) -> str:
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    rooms = sorted({"compilation", "physics", room})
+    modules = (file for each in rooms for file in package.glob(f"{each}.py"))
+    for file in sorted([*modules, *(file for each in rooms for file in (package / each).rglob("*.py"))]):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]

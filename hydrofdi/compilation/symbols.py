@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from hydrofdi.compilation.compiling import is_dynamic
 from hydrofdi.physics.equation import FAST_MATH
 
 ir: Any
@@ -232,3 +231,8 @@ def _symbols(arguments: tuple[Any, ...], given: Iterator[Any]) -> Iterator[Any]:
             yield Memory(data, argument.dtype, tuple(shape), tuple(strides))
         else:
             yield Symbol(next(given)) if is_dynamic(argument) else argument
+
+
+def is_dynamic(argument: Any) -> bool:
+    """Whether machine code takes an argument; all others are constants of it."""
+    return isinstance(argument, (np.ndarray, float, int, np.integer)) and not isinstance(argument, bool)

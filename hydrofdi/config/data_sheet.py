@@ -13,7 +13,7 @@ from hydrofdi.physics.cylinder import STANDARD_GRAVITY
 from hydrofdi.physics.oil import COOLING, Oil
 from hydrofdi.physics.steady_state import steady_speed
 from hydrofdi.physics.valve import clearance_conductance
-from hydrofdi.settings import readable as usual
+from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.units import parse_quantity
 

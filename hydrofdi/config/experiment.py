@@ -24,9 +24,9 @@ from hydrofdi.indicators.plugins import load_plugin, sources_in
 from hydrofdi.indicators.registry import FROM_FILES, sound_indicator
 from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS
+from hydrofdi.settings.files import Source
 from hydrofdi.settings.messages import first_reason, nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.yaml_source import Source
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.units import parse_quantity, parse_unit
 

@@ -23,10 +23,18 @@ from hydrofdi.indicators.plugins import load_plugins
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
+from hydrofdi.settings.files import Keys as Path
+from hydrofdi.settings.files import (
+    Source,
+    located,
+    merged,
+    overlay,
+    parse_yaml,
+    plain,
+    read_extended,
+    validated,
+)
 from hydrofdi.settings.messages import brief, nearest
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import merged, overlay, read_extended, validated
-from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.units import parse_unit, stated_unit
 

@@ -24,9 +24,10 @@ from hydrofdi.config.sections.plant import (
 )
 from hydrofdi.config.sweep import LAWS, argument_values
 from hydrofdi.errors import ConfigError
+from hydrofdi.settings.files import Keys as Path
+from hydrofdi.settings.files import Source, scalar
 from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.settings.quantities import SI
-from hydrofdi.settings.yaml_source import Path, Source, scalar
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000

@@ -14,8 +14,7 @@ from hydrofdi.config.sections.sensor import TemperatureSensorConfig
 from hydrofdi.config.study import study_values
 from hydrofdi.config.sweep import SweepConfig, argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import typeset
+from hydrofdi.settings.messages import counted, typeset
 
 
 def _values(

@@ -12,11 +12,9 @@ from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, CylinderSheet
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.physics.oil import KELVIN
 from hydrofdi.records.data_sheet import StatedMachine, data_sheet_lines
-from hydrofdi.settings.readable import plain
-from hydrofdi.settings.ready import ready_folder
-from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Source, parse_yaml, scalar
-from hydrofdi.settings.yaml_source import plain as plain_data
+from hydrofdi.settings.files import Source, parse_yaml, ready_folder, scalar, validated
+from hydrofdi.settings.files import plain as plain_data
+from hydrofdi.settings.messages import plain
 from hydrofdi.units import convert
 
 _COMMENT = re.compile(r"^([^#\n]*[^#\s]) {2,}(# .*)$", re.MULTILINE)

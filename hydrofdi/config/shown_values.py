@@ -12,8 +12,8 @@ from typing import Any
 from hydrofdi.config.request import RunParameters, parameter_names, parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweep import LAWS
+from hydrofdi.settings.messages import number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.quantities import Section, field_quantity
-from hydrofdi.settings.readable import number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.tables.answer import Answer, Piece
 from hydrofdi.tables.table import TEXT_WIDTH
 from hydrofdi.units import convert

@@ -28,8 +28,8 @@ from hydrofdi.config.sweep import (
 from hydrofdi.detectors.rules import ChartConfig, Rules, ScoreConfig
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population
 from hydrofdi.records import Channel
+from hydrofdi.settings.messages import K_I_UNIT, shown_quantity
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.readable import K_I_UNIT, shown_quantity
 from hydrofdi.units import convert
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]

@@ -16,10 +16,10 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold, ThresholdKind, records_needed
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.selection import indicators_file, label_mistake
+from hydrofdi.settings.files import Keys as Path
+from hydrofdi.settings.files import Source, validated
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Path, Source
 
 Chosen = TypeVar("Chosen", bound=Section)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from hydrofdi.diagnosis.diagnosing import Diagnosed
 from hydrofdi.diagnosis.judging import Finding
-from hydrofdi.settings.readable import HOLE, number_text, percent, readable_unit, typeset
+from hydrofdi.settings.messages import HOLE, number_text, percent, readable_unit, typeset
 from hydrofdi.tables.table import Column, Table
 from hydrofdi.units import convert
 

@@ -9,11 +9,45 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.diagnosis.causes import CAUSES, CONTRASTS, GAPS, N_FINE, N_PLACE, NAMES, OF_EDGES, PLACE
 from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, window_equations
 from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, weak_weights
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
+
+N_PLACE = 6
+"""Number of places on the stroke at which K_i is an unknown of its own."""
+
+LEAKS = tuple(f"internal_coefficient_{number}" for number in range(N_PLACE))
+
+N_FINE = 18
+"""Number of places on the stroke at which a score may leak."""
+
+SCORES = tuple(f"leak_{number}" for number in range(N_FINE))
+
+GAPS = tuple(f"gap_{number}" for number in range(N_FINE))
+
+_MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "lag", "position_lag")
+
+NAMES = (*LEAKS, *UNKNOWNS[1:], *_MORE)
+"""Unknowns: K_i along the stroke, those of `chamber_balance`, conductances of a laminar seal leak and of
+leaks of each chamber to the outside, relative gain errors of the pressures, and how much spool and position
+are behind [s]."""
+
+CAUSES = (*NAMES, "position_gain", "bow", "feed_1", "feed_2", *SCORES, *GAPS)
+"""The unknowns, and what else a fault may change and is seen through them: relative gain error of the
+position (as an unknown it would explain all motion away), that of the valve at its largest opening if it
+grows evenly from none, conductances of the clearance of each supply edge, and holes and gaps along the
+stroke, at more places than K_i is an unknown of its own."""
+
+PLACE = {name: index for index, name in enumerate(CAUSES)}
+
+EDGES = {"supply 1": (1, 1), "return 1": (1, -1), "supply 2": (-1, -1), "return 2": (-1, 1)}
+"""Metering edge → sign of its chamber, and of the spool position that opens it."""
+
+OF_EDGES = ("lap", "offset", "lap_by_feeding", "lap_by_chamber")
+
+CONTRASTS = np.array([(1, side, chamber * side, chamber) for chamber, side in EDGES.values()], dtype=float)
+"""Lap of each edge from `OF_EDGES`."""
 
 _OF_PRESSURES = ("supply", "bias_1", "bias_2", "gain_1", "gain_2")
 
@@ -101,13 +135,13 @@ class FaultBalance:
         """Those unknowns (n_record, N) in which the equations are not linear, within their bounds."""
         about = np.zeros_like(values)
         laps, reach = [PLACE[name] for name in OF_EDGES], _FARTHEST * self.largest_opening
-        found = np.clip((values[:, laps] * self.scales[laps]) @ CONTRASTS.T, -reach, reach)
+        edges = np.clip((values[:, laps] * self.scales[laps]) @ CONTRASTS.T, -reach, reach)
         # Rows of `CONTRASTS` are orthogonal, of length 2.
-        about[:, laps] = 0.25 * found @ CONTRASTS / self.scales[laps]
+        about[:, laps] = 0.25 * edges @ CONTRASTS / self.scales[laps]
         for name in _OF_PRESSURES:
-            place, most = PLACE[name], _FARTHEST
-            most *= (self.options.supply_pressure if name.startswith("bias") else 1.0) / self.scales[place]
-            about[:, place] = np.clip(values[:, place], -most, most)
+            index, most = PLACE[name], _FARTHEST
+            most *= (self.options.supply_pressure if name.startswith("bias") else 1.0) / self.scales[index]
+            about[:, index] = np.clip(values[:, index], -most, most)
         return about
 
     def estimate(self, fitted: Fitted, variance: float) -> Estimates:
@@ -133,7 +167,7 @@ class FaultBalance:
 
     def variance(self, fits: Sequence[Fitted]) -> float:
         """Squared error of the equations over the stated one that agrees with the misfits of some records."""
-        return float(np.median(np.concatenate([self._settled(each)[1] for each in fits])))
+        return float(np.median(np.concatenate([self._settled(fitted)[1] for fitted in fits])))
 
     def _settled(self, fitted: Fitted) -> tuple[Array, Array]:
         """Estimates (n_record, N), and squared errors that agree with the misfit of each record."""
@@ -223,7 +257,7 @@ class FaultBalance:
     def _along(self, flow: Array, position: Array, count: int) -> list[Array]:
         """A flow at places along the stroke: hat functions with sum 1."""
         at = np.interp(position, self.places, np.linspace(0.0, count - 1.0, N_PLACE))
-        return [flow * np.clip(1.0 - np.abs(at - each), 0.0, 1.0) for each in range(count)]
+        return [flow * np.clip(1.0 - np.abs(at - number), 0.0, 1.0) for number in range(count)]
 
     def _moved(self, spool: Array, laps: Array, chamber: int) -> Array:
         """Spool position less the lap of the edge of a chamber that it opens; zero in between."""

@@ -16,8 +16,7 @@ from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, pairs, sketch_of
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import percent
+from hydrofdi.settings.messages import counted, percent
 
 _PIECE, _SHORTEST = 20.0, 10.0
 """Length into which longer records are cut, and least length of a record [s]."""
@@ -52,7 +51,7 @@ class RecordDiagnosis:
     @property
     def named(self) -> tuple[Finding, ...]:
         """The first finding, and others with a probability of at least 1 %."""
-        return tuple(each for each in self.findings if each.probability >= NAMED)
+        return tuple(finding for finding in self.findings if finding.probability >= NAMED)
 
 
 @dataclass(frozen=True, repr=False)
@@ -78,7 +77,7 @@ class Diagnosed:
     @property
     def counts(self) -> dict[str, int]:
         """Name of the most probable hypothesis → number of records; the most frequent first."""
-        return dict(Counter(each.name for each in self.records if each.name).most_common())
+        return dict(Counter(record.name for record in self.records if record.name).most_common())
 
 
 def diagnose(
@@ -109,12 +108,12 @@ def diagnose(
         for batch in asked
         for each in batch.rejected
     )
-    whole = [each for each in (*healthy, *asked) if each.n_record]
+    whole = [batch for batch in (*healthy, *asked) if batch.n_record]
     if not whole:
         reason = rejected[0].reason if rejected else "no record"
         raise DataError(f"{sources[0].name}: {reason}")
-    length = min([_PIECE, *(each.duration for each in whole if each.duration >= _SHORTEST)])
-    shared = set.intersection(*({*each.channels} - each.relative for each in whole))
+    length = min([_PIECE, *(batch.duration for batch in whole if batch.duration >= _SHORTEST)])
+    shared = set.intersection(*({*batch.channels} - batch.relative for batch in whole))
     settings = _settings(shared, sources[0].name) | dict(options)
     made = of_machine(make_indicators({"flow_balance": settings}), sources)
     chosen, used = made["flow_balance"].options, _channels_of(shared)
@@ -125,7 +124,7 @@ def diagnose(
         for row in range(piece.n_record)
     ]
     under_test, past, same = Copies(), list[RecordBatch](), list[str]()
-    tested = [each.record_ids[0] for each in pieces if under_test.find(sketch_of(each, 0)) is None]
+    tested = [piece.record_ids[0] for piece in pieces if under_test.find(sketch_of(piece, 0)) is None]
     for piece in (piece for batch in healthy for piece in _pieces(batch, length)):
         rows = [row for row in range(piece.n_record) if not _obstacle(piece.rows([row]), chosen, used)]
         copied = {row: under_test.known(sketch_of(piece, row)) for row in rows}
@@ -134,23 +133,23 @@ def diagnose(
         if other:
             past.append(piece.rows(other))
     if len(rates := {batch.sampling_frequency for batch in past}) > 1:
-        found = " and ".join(f"{each:g}" for each in sorted(rates))
-        raise DataError(f"the history has records of {found} Hz; resample them to one rate")
-    n_past, n_day = (sum(each.n_record for each in of) for of in (past, healthy))
+        stated = " and ".join(f"{rate:g}" for rate in sorted(rates))
+        raise DataError(f"the history has records of {stated} Hz; resample them to one rate")
+    n_past, n_day = (sum(batch.n_record for batch in of) for of in (past, healthy))
     history = past if n_past >= FEWEST else []
     remarks = [*assumed_plants(made)]
     if same:
         n_same = counted(len(same), "record")
         remarks.append(f"left out of the history: {n_same} that are under test: {pairs(same)}")
     judge = Judge(history_of(history, chosen)) if history else None
-    names = [each for piece in history for each in piece.record_ids]
+    names = [record_id for piece in history for record_id in piece.record_ids]
     while judge and judge.history.n_record >= _MANY and (strange := judge.stranger()):
         row, judge, finding = strange
         remarks.append(
             f"left out of the history: {names.pop(row)}, which is unlike the others ({finding.title},"
             f" {percent(finding.probability)})"
         )
-    spans = [_travel(each, chosen) for each in history]
+    spans = [_travel(piece, chosen) for piece in history]
     records = []
     for one in pieces:
         reason, findings = _obstacle(one, chosen, used), list[Finding]()
@@ -161,9 +160,9 @@ def diagnose(
             reason = "" if findings else _NOTHING_SEEN
         records.append(RecordDiagnosis(one.record_ids[0], tuple(findings), reason))
     if not history:
-        found = f"{counted(n_past, 'healthy record')}; " if n_past else ""
+        known = f"{counted(n_past, 'healthy record')}; " if n_past else ""
         remarks.append(
-            f"{found}the data sheet takes the place of a history: small faults and valves that differ from it"
+            f"{known}the data sheet takes the place of a history: small faults and valves that differ from it"
             f" look alike; at least {FEWEST} healthy records of this machine tell more (--history)"
         )
     elif n_day < FEWEST:
@@ -173,7 +172,7 @@ def diagnose(
         )
     if P2 not in shared:
         remarks.append("with P1 alone, leaks, valve and supply look alike: take the names as hints")
-    sensors = " ".join(each.symbol for each in Channel if each in used)
+    sensors = " ".join(channel.symbol for channel in Channel if channel in used)
     return Diagnosed((*records, *rejected), sensors, len(names), tuple(remarks))
 
 
@@ -183,12 +182,12 @@ def _pieces(batch: RecordBatch, length: float) -> Iterator[RecordBatch]:
     for first in range(0, n_piece * n_time, n_time):
         piece = batch.window(first, first + n_time)
         ends = f" {piece.start_time:.0f}–{piece.start_time + piece.duration:.0f} s" if n_piece > 1 else ""
-        yield replace(piece, record_ids=tuple(f"{each}{ends}" for each in batch.record_ids), rejected=())
+        yield replace(piece, record_ids=tuple(f"{name}{ends}" for name in batch.record_ids), rejected=())
 
 
 def _settings(shared: set[Channel], name: str) -> dict[str, Any]:
     """How valve, supply and second pressure are known from some channels."""
-    missing = [each.symbol for each in (P1, X) if each not in shared]
+    missing = [channel.symbol for channel in (P1, X) if channel not in shared]
     if not shared & {U, SPOOL}:
         missing.append("u or xv")
     if missing:
@@ -209,7 +208,7 @@ def _obstacle(one: RecordBatch, options: BalanceOptions, used: set[Channel]) -> 
     """Why a record tells nothing of the machine; empty if it does."""
     if one.duration < _SHORTEST:
         return f"it lasts {one.duration:.3g} s; {_SHORTEST:g} s are needed"
-    n_missing = int(sum(np.sum(~np.isfinite(one[each])) for each in used))
+    n_missing = int(sum(np.sum(~np.isfinite(one[channel])) for channel in used))
     if n_missing:
         return f"{n_missing:,} samples are missing ('hydrofdi measure' shows where)"
     for remark in one.remarks[0] if one.remarks else ():

@@ -15,8 +15,8 @@ from hydrofdi.diagnosis.trends import History, instant_text
 from hydrofdi.errors import DataError
 from hydrofdi.evaluation.change_point import FEWEST
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
-from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.source import MeasuredSource
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.settings.messages import counted
 
 _LINE = b'{"line":'

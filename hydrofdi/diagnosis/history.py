@@ -7,12 +7,77 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import FaultBalance, Fitted
-from hydrofdi.diagnosis.causes import CAUSES, LEAKS, N_PLACE, NAMES, PLACE
-from hydrofdi.diagnosis.signatures import signature_names, signatures
+from hydrofdi.diagnosis.balance import CAUSES, LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
 from hydrofdi.errors import DataError
-from hydrofdi.indicators.balancing import BalanceOptions
+from hydrofdi.indicators.balancing import P1, P2, BalanceOptions
 from hydrofdi.records import Array, RecordBatch
+
+FORCES = ("coulomb", "viscous", "force", "stiffness")
+"""Friction at all speeds [N] and per speed [N·s/m], force that remains [N], and force per position [N/m]."""
+
+OTHERS = ("pressure", "log_misfit")
+"""Mean of the measured chamber pressures [Pa], and logarithm of the misfit."""
+
+_SMOOTHING, _DIFFERENCE, _SLOW = 0.018, 0.1, 0.05
+"""Time over which speeds are smoothed and between which forces are compared [s]; speed below which dry
+friction is linear, over the largest speed."""
+
+
+def signature_names(options: BalanceOptions) -> tuple[str, ...]:
+    """What is compared, in order: unknowns of the balance, forces if both pressures are measured, others."""
+    return (*NAMES, *(FORCES if options.chambers == "both" else ()), *OTHERS)
+
+
+def signatures(
+    balance: FaultBalance, records: RecordBatch, variance: float, fitted: Fitted | None = None
+) -> tuple[Array, Estimates]:
+    """What is compared of each record (n_record, n_name), and the estimates."""
+    estimates = balance.estimate(fitted or balance.fit(records), variance)
+    columns = [estimates.values]
+    pressures = [records[P1]]
+    if balance.both:
+        columns.append(forces(balance, records))
+        pressures.append(records[P2])
+    mean = np.mean(pressures, axis=(0, 2))
+    # The floor keeps a perfect fit from being far away in the logarithm.
+    columns.append(np.stack((mean, np.log(np.maximum(estimates.misfits, 0.03))), axis=1))
+    return np.concatenate(columns, axis=1), estimates
+
+
+def forces(balance: FaultBalance, records: RecordBatch) -> Array:
+    """`FORCES` of each record (n_record, 4), robust against jumps of the load."""
+    from scipy.ndimage import uniform_filter1d
+
+    options, frequency = balance.options, records.sampling_frequency
+    position = options.position(records)
+    n_smooth = max(3, round(_SMOOTHING * frequency))
+    speed = uniform_filter1d(np.gradient(position, axis=1) * frequency, n_smooth, axis=1)
+    acceleration = np.gradient(speed, axis=1) * frequency
+    # A high quantile, as noise sets the maximum.
+    slow = _SLOW * max(float(np.quantile(np.abs(speed), 0.99)), 1e-9)
+    pushed = options.areas[0] * records[P1] - options.areas[1] * records[P2]
+    # Smoothed like the speed, so that an oscillation looks the same in both.
+    pushed = uniform_filter1d(pushed, n_smooth, axis=1)
+    # Without the ends, at which the filter reflects the speed.
+    columns = np.stack((np.tanh(speed / slow), speed, position, acceleration), axis=2)[:, n_smooth:-n_smooth]
+    pushed = pushed[:, n_smooth:-n_smooth]
+    behind = max(1, round(_DIFFERENCE * frequency))
+    compared = np.zeros((records.n_record, len(FORCES)))
+    for row in range(records.n_record):
+        # Differences leave out a load that lasts longer; weights those during which it jumps.
+        own, force = columns[row, behind:] - columns[row, :-behind], pushed[row]
+        change = force[behind:] - force[:-behind]
+        weights = np.ones(len(change))
+        for _ in range(6):
+            values = np.linalg.lstsq(own * weights[:, None], change * weights, rcond=None)[0]
+            left = np.abs(change - own @ values)
+            # Equations beyond twice the robust deviation lose weight; 1e-30 is for a perfect fit.
+            weights = 1.0 / (1.0 + (left / (2.0 * 1.4826 * np.median(left) + 1e-30)) ** 2)
+        remains = np.mean(force - columns[row] @ values)
+        # The last value, the moving mass, is fitted but not compared.
+        compared[row] = values[0], values[1], remains, values[2]
+    return compared
+
 
 FEWEST = 3
 """Fewest healthy records that state a history; with fewer, the data sheet does."""
@@ -55,7 +120,7 @@ class History:
 
     def without(self, row: int) -> History:
         """That of the other records."""
-        return _learned(self.balance, self.variance, *(np.delete(each, row, axis=0) for each in self.seen))
+        return _learned(self.balance, self.variance, *(np.delete(array, row, axis=0) for array in self.seen))
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -99,29 +164,29 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     fits = [balance.fit(batch) for batch in healthy]
     variance = _scattering(balance, fits)
     parts = [signatures(balance, batch, variance, own) for batch, own in zip(healthy, fits, strict=True)]
-    found = np.concatenate([part[0] for part in parts])
+    seen = np.concatenate([part[0] for part in parts])
     gains = np.concatenate([part[1].gains for part in parts])
     noises = np.concatenate([part[1].noise for part in parts])
-    return _learned(balance, variance, found, gains, noises)
+    return _learned(balance, variance, seen, gains, noises)
 
 
-def _learned(balance: FaultBalance, variance: float, found: Array, gains: Array, noises: Array) -> History:
+def _learned(balance: FaultBalance, variance: float, seen: Array, gains: Array, noises: Array) -> History:
     """History from the signatures of healthy records (n_record, n_name), their gains and covariances."""
     names = signature_names(balance.options)
-    n_record, n_own = len(found), len(NAMES)
-    deviations = found - found.mean(axis=0)
+    n_record, n_own = len(seen), len(NAMES)
+    deviations = seen - seen.mean(axis=0)
     squares = np.sum(deviations**2, axis=0) / (n_record - 1)
     noise = np.mean(noises, axis=0)
     expected = np.diag(squares)
-    gain, changes = gains.mean(axis=0), np.diag(_daily(balance, found.mean(axis=0)) ** 2)
+    gain, changes = gains.mean(axis=0), np.diag(_daily(balance, seen.mean(axis=0)) ** 2)
     expected[:n_own, :n_own] = noise + gain @ changes @ gain.T
     expected[-1, -1] = max(squares[-1], 0.1**2)
-    expected[n_own:-1, n_own:-1] += np.diag(_usual(balance, found.mean(axis=0)[n_own:-1]) ** 2)
+    expected[n_own:-1, n_own:-1] += np.diag(_usual(balance, seen.mean(axis=0)[n_own:-1]) ** 2)
     own = _PRIOR_RECORDS + n_record - 1
     # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(balance, names, found.mean(axis=0), spread, own, variance, noise, (found, gains, noises))
+    return History(balance, names, seen.mean(axis=0), spread, own, variance, noise, (seen, gains, noises))
 
 
 def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
@@ -130,9 +195,9 @@ def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
     variance = balance.variance(fits)
     # Estimates and their errors depend on each other: fixed-point steps.
     for _ in range(6):
-        found = [balance.estimate(each, variance) for each in fits]
-        values = np.concatenate([each.values for each in found])
-        noise = np.diag(np.mean(np.concatenate([each.noise for each in found]), axis=0))
+        estimates = [balance.estimate(fitted, variance) for fitted in fits]
+        values = np.concatenate([estimate.values for estimate in estimates])
+        noise = np.diag(np.mean(np.concatenate([estimate.noise for estimate in estimates]), axis=0))
         told = noise > 1e-9
         # The median over the unknowns of which the records tell anything.
         share = float(np.median(np.var(values[:, told], axis=0, ddof=1) / noise[told]))
@@ -146,7 +211,7 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
     balance = balance_of([records], options)
     fitted = balance.fit(records)
     variance = balance.variance([fitted])
-    found, estimates = signatures(balance, records, variance, fitted)
+    seen, estimates = signatures(balance, records, variance, fitted)
     names, n_own = signature_names(options), len(NAMES)
     stated = options.prior_deviations(records, options.n_pressure)
     leaks = 0.002 * balance.flow / np.sqrt(options.reference_pressure)
@@ -159,9 +224,9 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
     scatter[:n_own, :n_own] = np.mean(estimates.noise, axis=0)
     scatter[:n_own, :n_own] += gain @ np.diag((deviations / balance.scales) ** 2) @ gain.T
     centre = np.zeros(len(names))
-    for place in range(n_own, len(names)):
-        centre[place] = float(np.mean(found[:, place]))
-        scatter[place, place] = (_ANY * max(abs(centre[place]), 1e-9)) ** 2
+    for index in range(n_own, len(names)):
+        centre[index] = float(np.mean(seen[:, index]))
+        scatter[index, index] = (_ANY * max(abs(centre[index]), 1e-9)) ** 2
     # ln misfit, as the variance is about 25 (`balance._CORRELATED`) times its square.
     centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
     return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance)
@@ -192,10 +257,10 @@ def _daily(balance: FaultBalance, centre: Array) -> Array:
         "bias_1": 3e-4 * options.supply_pressure,
         "bias_2": 3e-4 * options.supply_pressure,
     }
-    found = np.array([changes.get(name, 0.0) for name in CAUSES]) / balance.scales
+    daily = np.array([changes.get(name, 0.0) for name in CAUSES]) / balance.scales
     for name in ("clearance", "laminar"):
-        found[PLACE[name]] = 0.25 * abs(centre[PLACE[name]])
-    return found
+        daily[PLACE[name]] = 0.25 * abs(centre[PLACE[name]])
+    return daily
 
 
 def _symmetric(matrix: Array) -> Array:

@@ -2,23 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
-from hydrofdi.diagnosis.causes import CAUSES, SENSORS
-from hydrofdi.diagnosis.evidence import SIZES, Evidence, Shift, whitened
-from hydrofdi.diagnosis.history import History
-from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, Hypothesis, hypotheses
-from hydrofdi.diagnosis.signatures import signatures
+from hydrofdi.diagnosis.balance import CAUSES
+from hydrofdi.diagnosis.history import History, signatures
+from hydrofdi.diagnosis.hypotheses import (
+    HEALTHY,
+    NONE,
+    REPAIRS,
+    SIZES,
+    Evidence,
+    Hypothesis,
+    Shift,
+    hypotheses,
+    whitened,
+)
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.indicators.balancing import P1, P2, X
 from hydrofdi.records import Array, Channel, RecordBatch
 
 NAMED = 0.01
 """Least probability of a fault that is named."""
+
+_SENSORS: Mapping[str, Mapping[str, float]] = {
+    "supply pressure": {"supply": 2e-3},
+    "return pressure": {"return_pressure": 2e4},
+    "load force": {"coulomb": 10.0, "force": 50.0},
+    "a second gauge on chamber 1": {"bias_1": 1e4, "gain_1": 1e-3},
+    "a second gauge on chamber 2": {"bias_2": 1e4, "gain_2": 1e-3},
+    "a second position sensor": {"position_gain": 1e-3},
+    "spool position": {"flow_gain": 5e-3},
+    "an oil sample (air, bulk modulus)": {"free_air": 1e-3},
+}
+"""What can be measured in addition → quantities that it states, and their errors in SI."""
+
 
 _SIZE = 0.85
 """Error of a size over the error of its direction: sizes of leaks were 0.5 to 1.4 of the true ones on twelve
@@ -134,6 +154,8 @@ class Judge:
         repaired : mapping of str to ndarray, optional
             Name in `REPAIRS` → signature of the repaired record.
         """
+        from scipy.stats import chi2
+
         if not np.all(np.isfinite(signature)):
             return []
         history = self.history
@@ -152,36 +174,29 @@ class Judge:
         seen = [
             (each, shifts[each.name] if np.isfinite(visible[each.name]) else ()) for each in self.hypotheses
         ]
-        chances = [evidence.probabilities(seen, repaired or {}, factor) for factor in self._factors()]
+        dof = history.dof
+        # The scatter as estimated, and with the ends of its 95 % interval.
+        factors = (1.0, *(float(dof / chi2.ppf(share, dof)) for share in (0.975, 0.025)))
+        chances = [evidence.probabilities(seen, repaired or {}, factor) for factor in factors]
         # Rounded, so that the order is the same on all processors.
         order = sorted(chances[0], key=lambda name: -comparable(chances[0][name]))
-        found = [self._finding(name, chances, shifts, evidence) for name in order]
-        return [replace(each, visible=visible.get(each.name, each.visible)) for each in found]
-
-    def _factors(self) -> tuple[float, float, float]:
-        """Factors on the scatter: as estimated, and the ends of its 95 % interval."""
-        from scipy.stats import chi2
-
-        dof = self.history.dof
-        low, high = (float(dof / chi2.ppf(share, dof)) for share in (0.975, 0.025))
-        return 1.0, low, high
-
-    def _finding(
-        self,
-        name: str,
-        chances: Sequence[Mapping[str, float]],
-        shifts: Mapping[str, Sequence[Shift]],
-        evidence: Evidence,
-    ) -> Finding:
-        found = [each[name] for each in chances]
-        range_of: dict[str, Any] = {"probability": found[0], "low": min(found), "high": max(found)}
-        if name not in shifts:
+        listed = {fault.name: fault for fault in self.hypotheses}
+        findings = list[Finding]()
+        for name in order:
+            own = [chance[name] for chance in chances]
+            if (hypothesis := listed.get(name)) is not None:
+                about = hypothesis.title, hypothesis.unit, hypothesis.advice
+                finding = Finding(name, *about, own[0], min(own), max(own), visible=visible[name])
+                findings.append(self._sized(finding, hypothesis, shifts[name][-1], evidence))
+                continue
             title = {HEALTHY: "nothing is wrong", NONE: "none of these"}.get(name) or REPAIRS[name]
             advice = "compare the description of the channels with the wiring" if name in REPAIRS else ""
             alike = (max(shifts, key=lambda each: _cosine(shifts[each][-1])),) if name == NONE else ()
-            return Finding(name, title, "", advice, **range_of, looks_like=alike)
-        hypothesis = next(each for each in self.hypotheses if each.name == name)
-        shift = shifts[name][-1]
+            findings.append(Finding(name, title, "", advice, own[0], min(own), max(own), looks_like=alike))
+        return findings
+
+    def _sized(self, finding: Finding, hypothesis: Hypothesis, shift: Shift, evidence: Evidence) -> Finding:
+        """A finding with its size, and what looks like it."""
         moved = np.maximum(np.sum(shift.directions**2, axis=1), 1e-30)
         # Least squares along each direction; sizes are not negative.
         sizes = np.maximum(shift.directions @ shift.difference, 0.0) / moved
@@ -190,13 +205,12 @@ class Judge:
         size = float(sizes[best])
         if hypothesis.usual * SIZES[-1] * np.sqrt(moved[best]) < 1.0:
             # Not even the largest size moves the record by its deviation.
-            return Finding(name, hypothesis.title, hypothesis.unit, hypothesis.advice, **range_of)
+            return finding
         deviation = float(np.hypot(1.0 / np.sqrt(moved[best]), _SIZE * hypothesis.error * size))
-        is_named = found[0] >= NAMED
-        looks_like, told_by = self._confusable(hypothesis, best, size if is_named else 0.0, evidence)
-        known = Finding(name, hypothesis.title, hypothesis.unit, hypothesis.advice, **range_of)
+        is_named = finding.probability >= NAMED
+        alike, told = self._confusable(hypothesis, best, size if is_named else 0.0, evidence)
         low, high = max(0.0, size - 1.96 * deviation), size + 1.96 * deviation
-        return replace(known, size=size, size_low=low, size_high=high, looks_like=looks_like, told_by=told_by)
+        return replace(finding, size=size, size_low=low, size_high=high, looks_like=alike, told_by=told)
 
     def _confusable(
         self, hypothesis: Hypothesis, best: int, size: float, evidence: Evidence
@@ -216,12 +230,12 @@ class Judge:
             mine, rows = mine / errors, shift.directions[1:] / errors
             factors = np.maximum(rows @ mine, 0.0) / np.maximum(np.sum(rows**2, axis=1), 1e-30)
             left = np.sum((mine - factors[:, None] * rows) ** 2, axis=1)
-            place = int(np.argmin(left))
-            if factors[place] == 0.0 or left[place] >= _TOLD_APART:
+            nearest = int(np.argmin(left))
+            if factors[nearest] == 0.0 or left[nearest] >= _TOLD_APART:
                 continue
             alike.append(other.name)
-            change = size * hypothesis.directions[best] - factors[place] * other.directions[place]
-            sensor = self._telling(change, float(left[place]))
+            change = size * hypothesis.directions[best] - factors[nearest] * other.directions[nearest]
+            sensor = self._telling(change, float(left[nearest]))
             if sensor:
                 told[other.name] = sensor
         return tuple(alike), told
@@ -229,16 +243,16 @@ class Judge:
     def _telling(self, change: Array, known: float) -> str:
         """The sensor that tells a change of the true quantities best; empty if none does."""
         scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(CAUSES))))
-        best, found = known, ""
-        for sensor, errors in SENSORS.items():
+        best, teller = known, ""
+        for sensor, errors in _SENSORS.items():
             square = known
             for name, error in errors.items():
                 if name in self.history.causes:
-                    place = self.history.causes.index(name)
-                    square += float(change[place] * scales[place] / error) ** 2
+                    index = self.history.causes.index(name)
+                    square += float(change[index] * scales[index] / error) ** 2
             if comparable(square) > comparable(max(best, _TOLD_APART)):
-                best, found = square, sensor
-        return found
+                best, teller = square, sensor
+        return teller
 
 
 def _cosine(shift: Shift) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.diagnosis.trends import DAY, TrendEstimates, instant_text, time_or_days
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.scores import Estimate
-from hydrofdi.settings.readable import number_text, percent, plain, readable_unit, typeset
+from hydrofdi.settings.messages import number_text, percent, plain, readable_unit, typeset
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Column, Table, quantity
 from hydrofdi.tables.table import plain as for_json

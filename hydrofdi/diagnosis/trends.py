@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from hydrofdi.errors import DataError
 from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, inliers
 from hydrofdi.evaluation.scores import Estimate, comparable
-from hydrofdi.records.dates import FIRST_DATE
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
+from hydrofdi.records.times import FIRST_DATE
+from hydrofdi.settings.messages import counted, time_text
 
 Array = NDArray[np.float64]
 
@@ -101,7 +100,7 @@ def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
     points = Points(
         np.array([np.median(history.time[part]) for part in parts]),
         np.array([np.median(history.score[part]) for part in parts]),
-        np.array([np.mean(each[np.isfinite(each)]) if np.isfinite(each).any() else np.nan for each in warm]),
+        np.array([np.mean(part[np.isfinite(part)]) if np.isfinite(part).any() else np.nan for part in warm]),
         np.array([part.stop - part.start for part in parts]),
         np.ones(len(parts), dtype=bool),
     )
@@ -193,8 +192,8 @@ class TrendEstimates:
         return self._instant(self.draws.reached(self.limit))
 
     def _instant(self, days: Array) -> Estimate:
-        found = Estimate.of(days, self.confidence, self.draws.spacing)
-        return Estimate(*(DAY * each for each in (found.value, found.low, found.high)))
+        own = Estimate.of(days, self.confidence, self.draws.spacing)
+        return Estimate(*(DAY * day for day in (own.value, own.low, own.high)))
 
     def probability(self, time: float) -> float:
         """Probability that the level reaches the limit up to an instant [s], at most the horizon."""

@@ -21,7 +21,6 @@ from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution.calibrating import leakage_coefficients
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.execution.compute import Job, compute_columns, split_jobs
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
@@ -34,10 +33,10 @@ from hydrofdi.quality.machine import (
     too_long_sentence,
 )
 from hydrofdi.report.wording import modulus_column
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import K_I_UNIT, number_text, readable_unit, shown_quantity, typeset
-from hydrofdi.settings.readable import plain as plain_number
-from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.settings.messages import K_I_UNIT, counted, number_text, readable_unit, shown_quantity, typeset
+from hydrofdi.settings.messages import plain as plain_number
+from hydrofdi.simulation.calibration import leakage_coefficients
+from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store.layout import names
 from hydrofdi.tables.answer import Piece, Strong
 from hydrofdi.tables.table import UNSAID, Column, Table, quantity

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import chain, islice
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,17 +19,12 @@ from hydrofdi.detectors.charts import time_needed
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
-from hydrofdi.quality.machine import Distinct, at_speed, long_steps, natural_frequency
+from hydrofdi.quality.machine import Distinct, at_speed, is_near_band_edge, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import counted, typeset
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
-from hydrofdi.transforms.wavelet import level_bands
-
-NEAR_BAND_EDGE = 0.25
-"""A mode within so many octaves of a band's edge may answer in either level."""
 
 MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""
@@ -62,14 +57,12 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
     for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
-        frequency = natural_frequency(run) if run.plant.fmu is None else math.nan
-        edges = chain.from_iterable(level_bands(run.record.sampling_frequency, run.wavelet.levels))
-        if frequency > 0.0 and min(abs(math.log2(frequency / each)) for each in edges) < NEAR_BAND_EDGE:
+        if run.plant.fmu is None and is_near_band_edge(run):
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
             yield (
-                f"Two wavelet levels share the natural frequency, {frequency:.1f} Hz at EBM {modulus}, so"
-                " their values depend strongly on the oil. Another record.sampling_frequency moves the"
-                " levels; other indicators are not affected"
+                f"Two wavelet levels share the natural frequency, {natural_frequency(run):.1f} Hz at EBM"
+                f" {modulus}, so their values depend strongly on the oil. Another record.sampling_frequency"
+                " moves the levels; other indicators are not affected"
             )
             return
 
@@ -380,8 +373,8 @@ def plausibility(
     What needs no results is that of all machines, all else that of the simulated runs. ``change`` says what
     to change if some value is outside, and in how many of them if not in all.
     """
-    found = [
-        _row(each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
+    ranges = [
+        (each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
         for each in unusual
     ]
     for quantity in QUANTITIES if runs[0].plant.fmu is None else ():
@@ -396,12 +389,15 @@ def plausibility(
         where = f"in {n_outside} of {of_all}: " if 0 < n_outside < len(own) else ""
         if own:
             usual = quantity.least, quantity.most
-            found.append(_row(quantity.name, quantity.unit, own, usual, where + change))
-    return found
-
-
-def _row(
-    name: str, unit: str, values: Sequence[float], usual: tuple[float, float], change: str
-) -> dict[str, Any]:
-    ends = {"least": min(values), "largest": max(values)}
-    return {"quantity": name, "unit": unit, **ends, "usual": [*usual], "change": change}
+            ranges.append((quantity.name, quantity.unit, own, usual, where + change))
+    return [
+        {
+            "quantity": name,
+            "unit": unit,
+            "least": min(values),
+            "largest": max(values),
+            "usual": [*usual],
+            "change": change,
+        }
+        for name, unit, values, usual, change in ranges
+    ]

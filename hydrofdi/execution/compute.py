@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,31 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters, RunSpec
-from hydrofdi.config.experiment import DEFAULT_ANALYSIS, DWT, Analysis, Indicators, StoreConfig
+from hydrofdi.config.experiment import DEFAULT_ANALYSIS, Analysis, Indicators, StoreConfig
 from hydrofdi.config.sections.plant import absent_signals
-from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, run_halving
-from hydrofdi.errors import HydrofdiError, Issue
-from hydrofdi.execution.calibrating import unreachable_sentence
-from hydrofdi.indicators.measuring import Measures, Seconds, measure
+from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, halves, run_halving
+from hydrofdi.errors import Issue
+from hydrofdi.indicators.measuring import Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
-from hydrofdi.quality.doubts import Simulated, assess_runs
-from hydrofdi.quality.measures import (
-    how_records_settle,
-    hydraulic_mode,
-    mean_external_leakage_flows,
-    pressure_features,
-)
+from hydrofdi.quality.doubts import Simulated, assess_runs, how_records_settle, pressure_features
+from hydrofdi.quality.machine import hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.records import RecordBatch
-from hydrofdi.sensing import Measurement
 from hydrofdi.simulation.balances import Outcome, Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import WIDTH, positions_by
+from hydrofdi.simulation.calibration import unreachable_sentence
+from hydrofdi.simulation.lanes import WIDTH, indices, positions_by
+from hydrofdi.simulation.sensing import Measurement
 from hydrofdi.store.experiment_data import gathered
 from hydrofdi.store.folder import Failure, write_failure, write_log
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.store.shards import StoredRun, write_shard
-from hydrofdi.transforms.configuration import WaveletConfig
 
 Columns = dict[str, NDArray[Any]]
 """Variable of a shard → array with one row per job; ``time`` → sampling instants [s]."""
@@ -75,8 +70,9 @@ def measured_columns(
 ) -> dict[str, NDArray[Any]]:
     """What is measured of the records of jobs, one row per job; NaN if a run failed."""
     columns: dict[str, NDArray[Any]] = {}
-    for rows in _alike(jobs):
-        part = _measured_alike([jobs[row] for row in rows], _at(records, rows), seconds)
+    alike = positions_by((job.analysis, _period(job)) for job in jobs)
+    for (analysis, period), rows in alike.items():
+        part = _measured_alike([jobs[row] for row in rows], analysis, period, _at(records, rows), seconds)
         insert(columns, rows, len(jobs), part)
     failed = records[names.STATUS] != "ok"
     for name, values in columns.items():
@@ -87,73 +83,35 @@ def measured_columns(
     return columns | names.wavelet_numbers(columns)
 
 
-def _alike(jobs: Sequence[Job]) -> Iterable[list[int]]:
-    """Positions of jobs that are analysed alike, but for the start phase, and have the period of their drive
-    in common."""
-    return positions_by((_without_phase(job.analysis), _period(job)) for job in jobs).values()
-
-
-def _without_phase(analysis: Analysis) -> Analysis:
-    """The analysis from phase 0 on; one of every phase stays what it is."""
-    return (
-        analysis
-        if analysis.wavelet.phase == "all"
-        else replace(analysis, wavelet=_at_phase_0(analysis.wavelet))
-    )
-
-
-@lru_cache(maxsize=1024)
-def _at_phase_0(wavelet: WaveletConfig) -> WaveletConfig:
-    return wavelet.model_copy(update={"phase": 0})
-
-
 def _period(job: Job) -> float | None:
     return drive_period(job.parameters.input, job.parameters.load.random_force)
 
 
 def _measured_alike(
-    jobs: Sequence[Job], records: Columns, seconds: Seconds | None
+    jobs: Sequence[Job], analysis: Analysis, period: float | None, records: Columns, seconds: Seconds | None
 ) -> dict[str, NDArray[Any]]:
-    analysis = _without_phase(jobs[0].analysis)
-    columns: dict[str, NDArray[Any]] = {}
-    identities = [job.analysis.identities(job.record_id) for job in jobs]
-    for label in analysis.indicators:
-        columns[f"{label}{names.ANALYSIS_ID}"] = np.array([each[label] for each in identities], dtype=object)
-    batch = record_batch(jobs, records).window(analysis.n_discarded)
-    for rows, indicators in _indicators_of(jobs):
-        measures = measure(batch if len(rows) == len(jobs) else batch.rows(rows), indicators, seconds)
-        insert(columns, rows, len(jobs), _as_columns(measures))
-    with np.errstate(all="ignore"):
-        return columns | pressure_features(
-            [job.parameters for job in jobs],
-            [analysis] * len(jobs),
-            np.ascontiguousarray(records[names.CHAMBER_1_PRESSURE]),
-            records[names.SETTLED_FROM],
-        )
-
-
-def _indicators_of(jobs: Sequence[Job]) -> Iterator[tuple[list[int], Indicators]]:
-    """Positions of jobs and the indicators to measure together: the start phase is that of the transform."""
-    by_phase = positions_by(job.analysis.wavelet.phase for job in jobs).values()
-    indicators = jobs[0].analysis.indicators
-    if len(by_phase) == 1 or DWT not in indicators:
-        yield list(range(len(jobs))), indicators
-        return
-    yield list(range(len(jobs))), {label: each for label, each in indicators.items() if label != DWT}
-    for rows in by_phase:
-        yield rows, {DWT: jobs[rows[0]].analysis.indicators[DWT]}
-
-
-def _as_columns(measures: Measures) -> dict[str, NDArray[Any]]:
-    columns: dict[str, NDArray[Any]] = dict(measures.values)
+    identities = [analysis.identities(job.record_id) for job in jobs]
+    columns: dict[str, NDArray[Any]] = {
+        f"{label}{names.ANALYSIS_ID}": np.array([each[label] for each in identities], dtype=object)
+        for label in analysis.indicators
+    }
+    batch = _record_batch(jobs, analysis.indicators, period, records).window(analysis.n_discarded)
+    measures = measure(batch, analysis.indicators, seconds)
     for label, reasons in measures.obstacles.items():
         columns[f"{label}{names.OBSTACLE}"] = np.array([reason or "" for reason in reasons], dtype=object)
-    return columns
+    pressure = np.ascontiguousarray(records[names.CHAMBER_1_PRESSURE])
+    with np.errstate(all="ignore"):
+        features = pressure_features(
+            [job.parameters for job in jobs], analysis, pressure, records[names.SETTLED_FROM]
+        )
+    return columns | measures.values | features
 
 
-def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:
+def _record_batch(
+    jobs: Sequence[Job], indicators: Indicators, period: float | None, records: Columns
+) -> RecordBatch:
     """What the sensors show of records, as far as indicators need it."""
-    needed = used_channels(jobs[0].analysis.indicators)
+    needed = used_channels(indicators)
     return RecordBatch(
         {
             channel: records[signal]
@@ -162,7 +120,7 @@ def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:
         },
         jobs[0].parameters.record.sampling_frequency,
         tuple(job.record_id for job in jobs),
-        drive_period=_period(jobs[0]),
+        drive_period=period,
         remarks=tuple(
             () if status == "ok" else (Issue(message, kind=status, is_unusable=True),)
             for status, message in zip(records[names.STATUS], records[names.MESSAGE], strict=True)
@@ -196,10 +154,6 @@ def insert(
         whole[tuple(inside)] = values
 
 
-Simulation = Callable[..., Trajectory]
-"""What turns runs and their K_i into signals, while a tap reads them."""
-
-
 @dataclass(frozen=True)
 class Batch:
     """Jobs of one time axis that are stored in one shard: all to be simulated, or all with stored records."""
@@ -215,9 +169,7 @@ class Batch:
 
     def halves(self) -> list[Batch]:
         """Two batches of half the jobs each; none of a single job."""
-        middle = len(self.jobs) // 2
-        parts = (self.jobs[:middle], self.jobs[middle:]) if middle else ()
-        return [replace(self, jobs=part) for part in parts]
+        return [replace(self, jobs=tuple(part)) for part in halves(self.jobs)]
 
 
 @dataclass(frozen=True)
@@ -242,38 +194,34 @@ def compute_shard(batch: Batch) -> BatchReceipt:
 
 def _columns(batch: Batch, keeps_signals: bool, seconds: Seconds) -> Columns:
     """Variables of a batch; one that keeps no signals is computed in parts that fit the cache."""
-    compute = measure_stored if batch.is_stored else compute_columns
     n_job = len(batch.jobs)
     if keeps_signals:
-        return compute(batch.jobs, seconds=seconds)
+        return compute_columns(batch.jobs, seconds=seconds)
     columns: Columns = {}
     at_once = _most_jobs(batch.jobs[0].parameters.record.n_sample, _MOST_SAMPLES)
     for first in range(0, n_job, at_once):
         rows = range(n_job)[first : first + at_once]
-        part = compute(batch.jobs[first : first + at_once], seconds=seconds)
+        part = compute_columns(batch.jobs[first : first + at_once], seconds=seconds)
         numbers = {name: values for name, values in part.items() if name not in (*names.SIGNALS, names.TIME)}
         insert(columns, list(rows), n_job, numbers)
     return columns
 
 
-def compute_columns(
-    jobs: Sequence[Job], simulate: Simulation = simulate_batch, *, seconds: Seconds | None = None
-) -> Columns:
+def compute_columns(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> Columns:
     """All variables of a shard, one row per job, and the time axis; shared records are simulated once.
 
-    CPU times [s] of their indicators are added to `seconds` by label.
+    If the records are stored, nothing is simulated and signals are left out. CPU times [s] of the indicators
+    are added to `seconds` by label.
     """
-    recorded, record_of_job = _distinct_records(jobs)
-    records = _simulated(recorded, simulate)
-    if len(recorded) < len(jobs):
-        records = {
-            name: values if name == names.TIME else values[record_of_job] for name, values in records.items()
-        }
-    return records | _identities(jobs) | measured_columns(jobs, records, seconds)
+    records = _simulated(jobs) if jobs[0].stored is None else _stored(jobs)
+    identities = {
+        names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
+        names.RECORD_ID: np.array([job.record_id for job in jobs], dtype=object),
+    }
+    return records | identities | measured_columns(jobs, records, seconds)
 
 
-def measure_stored(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> Columns:
-    """The same of jobs whose records are stored, signals left out; nothing is simulated."""
+def _stored(jobs: Sequence[Job]) -> Columns:
     wanted = set().union(*(needed_signals(job.analysis.indicators) for job in jobs))
     variables = [
         each
@@ -281,24 +229,19 @@ def measure_stored(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> Co
         if (each.name in wanted if each.is_signal else each.name not in names.FEATURES)
     ]
     sizes = {names.TIME: jobs[0].parameters.record.n_sample}
-    records = gathered([job.stored for job in jobs], variables, sizes)
-    return records | _identities(jobs) | measured_columns(jobs, records, seconds)
+    return gathered([job.stored for job in jobs], variables, sizes)
 
 
-def _identities(jobs: Sequence[Job]) -> Columns:
-    return {
-        names.RUN_ID: np.array([job.run_id for job in jobs], dtype=object),
-        names.RECORD_ID: np.array([job.record_id for job in jobs], dtype=object),
-    }
-
-
-def _distinct_records(jobs: Sequence[Job]) -> tuple[list[Job], list[int]]:
-    """One job for each record that has to be simulated, and the place of each job's record among them."""
+def _simulated(jobs: Sequence[Job]) -> Columns:
+    """Records of jobs; those that differ in their analysis alone share one."""
     if analysed_alike(jobs):
-        return list(jobs), list(range(len(jobs)))
+        return _recorded(jobs)
     places = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
-    record_of_job = {row: record for record, rows in enumerate(places.values()) for row in rows}
-    return [jobs[rows[0]] for rows in places.values()], [record_of_job[row] for row in range(len(jobs))]
+    records, record_of_job = (
+        _recorded([jobs[rows[0]] for rows in places.values()]),
+        indices(places, len(jobs)),
+    )
+    return {name: v if name == names.TIME else v[record_of_job] for name, v in records.items()}
 
 
 def analysed_alike(jobs: Sequence[Job]) -> bool:
@@ -306,26 +249,30 @@ def analysed_alike(jobs: Sequence[Job]) -> bool:
     return all(job.analysis == jobs[0].analysis for job in jobs)
 
 
-def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
+def _recorded(jobs: Sequence[Job]) -> Columns:
     """Records: what the sensors show, and what is known of the plant itself."""
     parameters = [job.parameters for job in jobs]
     coefficients = np.array([job.leakage_coefficient for job in jobs], dtype=float)
     sensors = Measurement(parameters)
     # A run whose leak is unreachable (NaN) is simulated sealed beside the others, and then marked as failed.
-    trajectory = simulate(parameters, np.nan_to_num(coefficients).tolist(), tap=sensors)
-    trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=_outcomes(jobs, trajectory))
+    trajectory = simulate_batch(parameters, np.nan_to_num(coefficients).tolist(), tap=sensors)
+    outcomes = tuple(
+        Outcome("unreachable_leakage", unreachable_sentence(run)) if math.isnan(coefficient) else outcome
+        for run, coefficient, outcome in zip(parameters, coefficients, trajectory.outcomes, strict=True)
+    )
+    trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=outcomes)
     measured = sensors.show(trajectory)
     with np.errstate(all="ignore"):
         numbers = _plant_numbers(parameters, trajectory)
         changes, numbers["settled_from"] = how_records_settle(parameters, trajectory.chamber_1_pressure)
         damping = numbers[names.MODE_DAMPING_RATIO]
         verdicts = assess_runs(Simulated(parameters, trajectory, measured, changes, damping))
-    failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
+    failed = np.array([not outcome.is_ok for outcome in outcomes])
     for values in numbers.values():
         values[failed] = np.nan
     return {
-        names.STATUS: np.array([outcome.status for outcome in trajectory.outcomes], dtype=object),
-        names.MESSAGE: np.array([outcome.message for outcome in trajectory.outcomes], dtype=object),
+        names.STATUS: np.array([outcome.status for outcome in outcomes], dtype=object),
+        names.MESSAGE: np.array([outcome.message for outcome in outcomes], dtype=object),
         names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
         names.TIME: trajectory.time,
         **measured.signals(name for name in names.SIGNALS if name not in absent_signals(parameters[0].plant)),
@@ -334,39 +281,23 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
     }
 
 
-def _outcomes(jobs: Sequence[Job], trajectory: Trajectory) -> tuple[Outcome, ...]:
-    return tuple(
-        Outcome("unreachable_leakage", unreachable_sentence(job.parameters))
-        if math.isnan(job.leakage_coefficient)
-        else outcome
-        for job, outcome in zip(jobs, trajectory.outcomes, strict=True)
-    )
-
-
 def _plant_numbers(
     parameters: Sequence[RunParameters], trajectory: Trajectory
 ) -> dict[str, NDArray[np.float64]]:
     """What is known of the plant itself, over the whole record; of an FMU its equations are unknown."""
-    numbers = {names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow}
+    known = [*names.EXTERNAL_LEAKAGE_FLOWS, "volume_residual", "energy_residual"]
+    known += [names.MODE_FREQUENCY, names.MODE_DAMPING_RATIO]
+    values = np.full((len(known), len(parameters)), np.nan)
     if parameters[0].plant.fmu is None:
+        values[:2] = mean_external_leakage_flows(parameters, trajectory)
+        values[2:4] = balance_residuals(parameters, trajectory)
         modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
-        external = mean_external_leakage_flows(parameters, trajectory)
-        residuals = balance_residuals(parameters, trajectory)
-        numbers |= {
-            **dict(zip(names.EXTERNAL_LEAKAGE_FLOWS, external, strict=True)),
-            "volume_residual": residuals.volume,
-            "energy_residual": residuals.energy,
-            names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
-            names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),
-        }
-    else:
-        unknown = [*names.EXTERNAL_LEAKAGE_FLOWS, "volume_residual", "energy_residual"]
-        unknown += [names.MODE_FREQUENCY, names.MODE_DAMPING_RATIO]
-        numbers |= {name: np.full(len(parameters), np.nan) for name in unknown}
+        values[4:] = np.transpose([(mode.frequency, mode.damping_ratio) for mode in modes])
+    numbers = {names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow}
+    numbers |= dict(zip(known, values, strict=True))
     for variable in names.EXTREMES:
         signal, _, kind = variable.name.rpartition("_")
-        values = getattr(trajectory, signal)
-        numbers[variable.name] = values.min(axis=1) if kind == "min" else values.max(axis=1)
+        numbers[variable.name] = getattr(getattr(trajectory, signal), kind)(axis=1)
     return numbers
 
 
@@ -397,13 +328,14 @@ def split_jobs(jobs: Sequence[Job], workers: int, *, keeps_signals: bool = True)
 
 def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
     """Jobs of the same time axis and the same shape of features; those of one record stand together."""
-    groups = [[jobs[row] for row in rows] for rows in positions_by(map(batch_shape, jobs)).values()]
-    return [group if analysed_alike(group) else _by_record(group) for group in groups]
-
-
-def _by_record(jobs: Sequence[Job]) -> list[Job]:
-    of_record = positions_by(job.parameters.text() for job in jobs)
-    return [jobs[row] for rows in of_record.values() for row in rows]
+    groups = []
+    for rows in positions_by(map(batch_shape, jobs)).values():
+        group = [jobs[row] for row in rows]
+        if not analysed_alike(group):
+            of_record = positions_by(job.parameters.text() for job in group)
+            group = [group[row] for rows in of_record.values() for row in rows]
+        groups.append(group)
+    return groups
 
 
 def batch_shape(job: Job) -> Hashable:
@@ -461,10 +393,9 @@ class Recorder:
     @property
     def costs(self) -> dict[str, float]:
         """Label of an indicator → CPU time per record [s]."""
-        seconds: dict[str, float] = {}
+        seconds = Counter[str]()
         for receipt in self._receipts:
-            for label, own in receipt.seconds.items():
-                seconds[label] = seconds.get(label, 0.0) + own
+            seconds.update(receipt.seconds)
         n_measured = sum(each.n_run for each in self._receipts)
         return {label: total / n_measured for label, total in seconds.items()}
 
@@ -496,8 +427,5 @@ def run_jobs(
         for result in run_halving(place, compute_shard, work, Batch.halves, time_limit):
             if result.failure is None:
                 recorder.stored(result.value)
-            elif isinstance(result.failure.error, HydrofdiError):
-                place.cancel()
-                raise result.failure.error
             else:
                 recorder.failed(result.item.jobs[0], result.failure)

@@ -249,8 +249,8 @@ def explained(directory: Path, run: str | int) -> Explanation:
 def repeated(directory: Path, run: str | int, experiment: ExperimentConfig | None) -> Rerun:
     """A stored run that is computed again, and its bits compared."""
     from hydrofdi.engine import InProcessEngine
-    from hydrofdi.execution.calibrating import leakage_coefficients
     from hydrofdi.execution.compute import Job, compute_columns
+    from hydrofdi.simulation.calibration import leakage_coefficients
 
     # needs its indicators
     plan = plan_sweep(experiment or _request(directory), directory)

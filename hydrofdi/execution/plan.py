@@ -25,9 +25,8 @@ from hydrofdi.config.shown_values import ParameterAnswer
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.arguments import refusal
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import shown_bytes, time_text
-from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.settings.messages import counted, shown_bytes, time_text
+from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder import Failure, read_failures
 from hydrofdi.store.layout.names import dimensions, stored_signals

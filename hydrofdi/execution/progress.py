@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from shutil import get_terminal_size
 
 from hydrofdi.settings.arguments import refusal
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import time_text
 
 _SECONDS_BETWEEN_DRAWINGS, _SECONDS_BETWEEN_LINES = 0.5, 30.0
 _BAR = 20

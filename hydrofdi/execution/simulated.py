@@ -15,13 +15,12 @@ from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import Issue
-from hydrofdi.execution.calibrating import leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
-from hydrofdi.sensing import measured_batch
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.simulation.balances import Outcome
-from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.simulation.batch import measured_batch
+from hydrofdi.simulation.calibration import leakage_coefficients
+from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import records
 
 _log = logging.getLogger(__name__)

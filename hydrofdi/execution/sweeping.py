@@ -16,14 +16,13 @@ from hydrofdi import errors
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.runs import run_identities
 from hydrofdi.engine import Engine, TaskFailure
-from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
 from hydrofdi.execution.compute import Job, Recorder, run_jobs
 from hydrofdi.execution.plan import WHOLE, Part, SweepPlan, plan_sweep
 from hydrofdi.execution.progress import COEFFICIENTS, RUNS, Watching
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts, remedy_lines
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import counted, time_text
+from hydrofdi.simulation.calibration import leakage_coefficients, unsolved_conditions
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.fmi.description import Model, Variable, read_model
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import number_text
-from hydrofdi.settings.yaml_source import yaml_text
+from hydrofdi.fmi.fmu import Model, Variable, read_model
+from hydrofdi.settings.files import yaml_text
+from hydrofdi.settings.messages import counted, number_text
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Table
 

@@ -19,8 +19,8 @@ from pydantic import TypeAdapter
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.messages import shown_quantity
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import shown_quantity
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _TAKEN = {"analysis_id", "obstacle"}

@@ -12,8 +12,8 @@ from hydrofdi.indicators.record_measures import RecordMeasures
 from hydrofdi.indicators.registry import Description
 from hydrofdi.indicators.selection import load_indicators, make_indicators
 from hydrofdi.records import Channel
+from hydrofdi.settings.files import plain
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.yaml_source import plain
 from hydrofdi.tables.table import Table
 
 

@@ -16,8 +16,8 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.registry import FROM_FILES, Kind, indicator_names, require_declared
 from hydrofdi.indicators.selection import label_mistake
+from hydrofdi.settings.files import Source
 from hydrofdi.settings.messages import brief
-from hydrofdi.settings.yaml_source import Source
 
 _SOURCES: dict[str, tuple[str, bytes]] = {}
 """Hash → path and content of each file that was executed."""

@@ -22,9 +22,8 @@ from hydrofdi.indicators import catalogue, models
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.faults import made_soundly
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import nearest, shown_quantity
 from hydrofdi.settings.quantities import field_quantity, field_texts
-from hydrofdi.settings.readable import shown_quantity
 
 GROUP = "hydrofdi.indicators"
 

@@ -14,11 +14,9 @@ from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
 from hydrofdi.records import RecordSource
+from hydrofdi.settings.files import Keys as KeyPath
+from hydrofdi.settings.files import Source, located, read_extended
 from hydrofdi.settings.messages import describe_error, nearest
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import read_extended
-from hydrofdi.settings.yaml_source import Path as KeyPath
-from hydrofdi.settings.yaml_source import Source
 
 LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 

@@ -13,7 +13,7 @@ from hydrofdi.indicators.estimation.flow_by_place import map_estimate
 from hydrofdi.indicators.estimation.weak_rls import CORRELATED
 from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.records import RecordBatch
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.settings.messages import shown_quantity
 
 _MOST_RECORDS, _LONGEST = 2, 20.0
 """Records of a batch, and their first part [s], that are looked at."""

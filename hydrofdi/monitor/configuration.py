@@ -1,20 +1,23 @@
-"""Settings of a monitor in addition to its detector and its source: a YAML file; addresses of sources."""
+"""Settings of a monitor in addition to its detector and its source: YAML files of a machine or a fleet."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from datetime import tzinfo
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
 from urllib.parse import unquote, urlsplit
+from zlib import crc32
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.records.dates import time_zone
-from hydrofdi.records.description import FormatConfig, SamplesConfig, channel_mistakes
+from hydrofdi.records.description import FormatConfig, SamplesConfig, channel_mistakes, one_or_more
+from hydrofdi.records.times import time_zone
+from hydrofdi.settings.files import read_yaml, validated
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.validation import read_yaml, validated
 
 PORTS = {"mqtt": 1883, "mqtts": 8883, "opc.tcp": 4840}
 """Schemes of addresses → their usual ports."""
@@ -213,21 +216,168 @@ Config = TypeVar("Config", bound=MonitorConfig)
 
 def load_monitor_config(path: Path | None) -> MonitorConfig:
     """The configuration in a YAML file; the default without one. Paths in it are relative to its folder."""
-    return (
-        MonitorConfig() if path is None else read_config(MonitorConfig, path, "a configuration of a monitor")
-    )
+    kind = "a configuration of a monitor"
+    return MonitorConfig() if path is None else _read_config(MonitorConfig, path, kind)
 
 
-def read_config(model: type[Config], path: Path, kind: str, **stated: Any) -> Config:
+def _read_config(model: type[Config], path: Path, kind: str, **stated: Any) -> Config:
     """The configuration in a YAML file; keys `stated` elsewhere replace its own."""
     source = read_yaml(path, kind)
-    found = (source.data or {}) | stated
-    source.data = {key: value for key, value in found.items() if key not in _OF_RECORDS}
+    keys = (source.data or {}) | stated
+    source.data = {key: value for key, value in keys.items() if key not in _OF_RECORDS}
     config = validated(model, source)
     if mistakes := list(channel_mistakes(config.channels, source)):
         raise ConfigError(mistakes)
-    placed: dict[str, Any] = {}
-    for name, section in (("mqtt", config.mqtt), ("opcua", config.opcua)):
-        files = {key: path.parent / file for key, file in section if isinstance(file, Path)}
-        placed[name] = section.model_copy(update=files)
-    return config.model_copy(update=placed)
+    return _placed(config, path.parent)
+
+
+AnySection = TypeVar("AnySection", bound=Section)
+
+
+def _placed(section: AnySection, folder: Path) -> AnySection:
+    """A section with its paths in a folder."""
+    placed: dict[str, Any] = {key: folder / value for key, value in section if isinstance(value, Path)}
+    connections = ((key, value) for key, value in section if isinstance(value, MqttConfig | OpcUaConfig))
+    placed |= {key: _placed(value, folder) for key, value in connections}
+    return section.model_copy(update=placed)
+
+
+_PARTITION = re.compile(r"([1-9]\d{0,3})/([1-9]\d{0,3})")
+_ANY = "*"
+
+_for_all = BeforeValidator(
+    lambda given: {_ANY: given} if isinstance(given, str) else given,
+    json_schema_input_type=str | dict[str, str],
+)
+
+
+class FleetConfig(MonitorConfig):
+    """Machines that one process monitors, and the description of their samples, as of a monitor."""
+
+    machines: Annotated[tuple[str, ...], one_or_more(str), Field(min_length=1)]
+    """Sources: topics such as ``mqtt://HOST/plant/+/samples``, and text files such as ``presses/*.csv``. What
+    ``+`` or ``*`` stands for is the name of a machine; without either, it is the topic, or the name of the
+    file without its suffix. New topics and files are new machines."""
+
+    detectors: Annotated[dict[str, Path], _for_all]
+    """Pattern of names, such as ``press-*`` → file of the detector; the first that matches counts. A single
+    file is that of all machines."""
+
+    state: Path | None = None
+    """File of the state of all machines, an SQLite database; without it, a restart begins anew."""
+
+    log: Path | None = None
+    """File to which every line is appended, once."""
+
+    metrics: str = ""
+    """Address at which metrics are served for Prometheus, ``HOST:PORT``."""
+
+    events: Annotated[tuple[str, ...], one_or_more(str)] = ()
+    """Addresses to which events are sent: ``mqtt(s)://HOST/TOPIC``."""
+
+    interval: Annotated[float, SI("s", least=0.01, most=10.0)] = 0.25
+    """Samples that arrive within this time are judged together [s]."""
+
+    store_every: Annotated[float, SI("s", least=0.01, most=60.0)] = 0.5
+    """Shortest time between two writings of state and log [s]."""
+
+    idle: Annotated[float, SI("s", least=1.0, most=4.0e9)] = 3600.0
+    """A machine whose topic is silent for this time [s] is released from memory; its stored state stays."""
+
+    most_machines: int = Field(default=1000, ge=1)
+    """More machines at a time are ignored, so that wrong topics cannot fill the memory."""
+
+    partition: str = ""
+    """``k/n``: the k-th of n processes, which share the machines by a checksum of their names."""
+
+    @field_validator("partition")
+    @classmethod
+    def _is_a_partition(cls, given: str) -> str:
+        parts = _PARTITION.fullmatch(given)
+        if given and (parts is None or int(parts[1]) > int(parts[2])):
+            raise ValueError(f"{given!r} is no partition; write '1/3' to '3/3' for three processes")
+        return given
+
+    @field_validator("machines", "events")
+    @classmethod
+    def _are_addresses(cls, given: tuple[str, ...], about: ValidationInfo) -> tuple[str, ...]:
+        for text in given:
+            if about.field_name == "events":
+                topic_address(text)
+            else:
+                Pattern.parse(text, Path())
+        return given
+
+    @model_validator(mode="after")
+    def _reads_no_own_events(self) -> Self:
+        for text in self.events:
+            topic = Address.parse(text).path
+            for pattern in (Pattern.parse(source, Path()) for source in self.machines if is_mqtt(source)):
+                if pattern.name_in(topic) or pattern.name_in(f"{topic}/status"):
+                    raise ValueError(
+                        f"'events' {text} is also read, as that of a machine; choose another topic"
+                    )
+        return self
+
+    def owns(self, name: str) -> bool:
+        """Whether a machine belongs to this process."""
+        part, _, n_part = self.partition.partition("/")
+        return not part or crc32(name.encode()) % int(n_part) == int(part) - 1
+
+    def detector_of(self, name: str) -> Path | None:
+        """The file of the detector of a machine; None without a pattern that matches."""
+        return next((path for each, path in self.detectors.items() if fnmatchcase(name, each)), None)
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A source of machines: topics of a broker, or files.
+
+    Attributes
+    ----------
+    address : Address or None
+        Broker and topic filter; None for files.
+    text : str
+        The topic filter, or the absolute path with its wildcard.
+    """
+
+    address: Address | None
+    text: str
+
+    @classmethod
+    def parse(cls, text: str, folder: Path) -> Self:
+        """The sources that a text means; paths are relative to a folder."""
+        if is_mqtt(text):
+            address = Address.parse(text, may_be_filter=True)
+            levels = address.path.split("/")
+            if levels[0] == "$share":
+                raise ConfigError(
+                    f"{text}: brokers deal the messages of one machine out to all members of a shared"
+                    " subscription, which breaks its windows; use 'partition'"
+                )
+            if address.path.count("+") != levels.count("+") or levels.count("+") > 1:
+                raise ConfigError(f"{text}: one level may be '+', the name of the machine")
+            return cls(address, address.path)
+        if "://" in text or text == "-":
+            raise ConfigError(f"{text}: machines are topics, mqtt(s)://HOST/TOPIC, or files")
+        if text.count(_ANY) > 1:
+            raise ConfigError(f"{text}: one '*' stands for the name of the machine")
+        return cls(None, str(folder.resolve() / text))
+
+    def name_in(self, place: str) -> str | None:
+        """The name of the machine at a topic or a path; None if it is none of these."""
+        wildcard = "+" if self.address else _ANY
+        before, has_name, after = self.text.partition(wildcard)
+        if not has_name:
+            own = place if self.address else Path(place).stem
+            return own if place == self.text else None
+        name = place[len(before) : len(place) - len(after)]
+        fits = place.startswith(before) and place.endswith(after) and len(place) > len(before) + len(after)
+        return name if fits and "/" not in name else None
+
+
+def load_fleet_config(path: Path, **stated: Any) -> FleetConfig:
+    """The configuration in a YAML file, with paths relative to its folder; keys `stated` replace its own."""
+    config = _read_config(FleetConfig, path, "a configuration of a fleet", **stated)
+    detectors = {pattern: path.parent / file for pattern, file in config.detectors.items()}
+    return config.model_copy(update={"detectors": detectors})

@@ -14,10 +14,9 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.connections import GATHER
-from hydrofdi.monitor.sources import Position, StreamSource, joined
+from hydrofdi.monitor.sources import GATHER, Position, StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.rows import UNENDED
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason
@@ -62,8 +61,8 @@ class StandardInput(StreamSource):
             if self._text.n_unfinished:
                 self.events.append(Event(EventKind.NOTICE, f"{self.name}: {UNENDED}"))
             chunks.append(self._text.read(b"", is_end=True))
-        found = [chunk for chunk in chunks if chunk is not None]
-        return joined(found) if found else None
+        readable = [chunk for chunk in chunks if chunk is not None]
+        return joined(readable) if readable else None
 
     def _has_more(self, timeout: float) -> bool:
         return bool(select.select([self._descriptor], [], [], max(0.0, timeout))[0])
@@ -109,7 +108,7 @@ class FollowedFile:
 
     def position(self, offset: int) -> dict[str, Any]:
         """The position of a byte that was read."""
-        return {"inode": self.status.st_ino, "offset": offset, "head": _digest(self._head[:offset])}
+        return place_in(self._file.fileno(), offset, self._head)
 
     def was_begun_anew(self) -> bool:
         """Whether it begins otherwise than what was read; a hole is what a writer leaves that went on."""
@@ -145,21 +144,19 @@ def following(path: Path, file: FollowedFile) -> Path:
     Renamed files are those in the folder of `path` whose names begin with its name, as with logrotate.
     """
     later = [
-        (found.stat().st_mtime_ns, found)
-        for found in path.parent.glob(f"{escape(path.name)}?*")
-        if found.suffix.lower() != ".gz" and found.is_file() and found.stat().st_ino != file.status.st_ino
+        (renamed.stat().st_mtime_ns, renamed)
+        for renamed in path.parent.glob(f"{escape(path.name)}?*")
+        if renamed.suffix.lower() != ".gz"
+        and renamed.is_file()
+        and renamed.stat().st_ino != file.status.st_ino
     ]
     return min([each for each in later if each[0] > file.status.st_mtime_ns], default=(0, path))[1]
 
 
-def place_in(descriptor: int, offset: int) -> dict[str, Any]:
-    """The position of a byte in an open file."""
-    head = os.pread(descriptor, min(_HEAD, offset), 0)
-    return {"inode": os.fstat(descriptor).st_ino, "offset": offset, "head": _digest(head)}
-
-
-def _digest(head: bytes) -> str:
-    return sha256(head).hexdigest()[:16]
+def place_in(descriptor: int, offset: int, head: bytes | None = None) -> dict[str, Any]:
+    """The position of a byte in an open file, of which the beginning may be known."""
+    head = os.pread(descriptor, min(_HEAD, offset), 0) if head is None else head[:offset]
+    return {"inode": os.fstat(descriptor).st_ino, "offset": offset, "head": sha256(head).hexdigest()[:16]}
 
 
 _POLL = 0.2
@@ -243,11 +240,11 @@ class GrowingFile(StreamSource):
     def _go_on(self) -> FollowedFile:
         """Open the file at the stored position, or at its beginning."""
         stored = self._stored
-        found = found_again(self._path, stored) if "inode" in stored else None
-        self._file = found or FollowedFile(self._path)
+        old = found_again(self._path, stored) if "inode" in stored else None
+        self._file = old or FollowedFile(self._path)
         if self._trouble:
             self._say("can be read now")
-        if "inode" in stored and found is None:
+        if "inode" in stored and old is None:
             self._say("the previous file is gone; this one is read from the start")
             stored = {key: value for key, value in stored.items() if key == "n_sample"}
         self._text, self._trouble = self._lines(stored), ""
@@ -284,10 +281,10 @@ class GrowingFile(StreamSource):
     def _is_replaced(self, file: FollowedFile) -> bool:
         """Whether another file has the name now, and is not empty."""
         try:
-            found = self._path.stat()
+            status = self._path.stat()
         except FileNotFoundError:
             return False
-        return found.st_size > 0 and not os.path.samestat(found, file.status)
+        return status.st_size > 0 and not os.path.samestat(status, file.status)
 
     def _report(self, error: OSError) -> None:
         """Report once what is wrong; the next reading tries again."""

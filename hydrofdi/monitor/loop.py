@@ -14,16 +14,14 @@ from typing import Any
 from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.detectors.trained.lines import Line
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
-from hydrofdi.monitor.machines import Kind, Machine
+from hydrofdi.monitor.configuration import FleetConfig, Pattern
+from hydrofdi.monitor.machines import Kind, Machine, Outlets, Receiver
 from hydrofdi.monitor.opening import Sources
-from hydrofdi.monitor.outlets import Outlets, Receiver
 from hydrofdi.monitor.sources import StreamSource
-from hydrofdi.monitor.store import WHOLE, StateStore
-from hydrofdi.monitor.window_log import WindowLog
-from hydrofdi.records.dates import FIRST_DATE
+from hydrofdi.monitor.store import WHOLE, StateStore, WindowLog
 from hydrofdi.records.streams import Chunk, Event, EventKind
-from hydrofdi.settings.readable import time_text
+from hydrofdi.records.times import FIRST_DATE
+from hydrofdi.settings.messages import time_text
 
 _log = logging.getLogger(__name__)
 
@@ -97,7 +95,7 @@ class Monitor:
                 return self._watch(stop)
             except Exception as error:
                 with suppress(StoreError):
-                    self._write([each for each in self.machines.values() if each.is_due])
+                    self._write([machine for machine in self.machines.values() if machine.is_due])
                 if isinstance(error, BrokenPipeError):
                     return Ending.OUTPUT_CLOSED
                 raise
@@ -116,7 +114,7 @@ class Monitor:
             is_urgent = self._single is not None and self._sources.blocking()
             if is_urgent or began - self._stored_at >= self._config.store_every:
                 self._commit()
-            if self._sources.is_over and all(each.is_over for each in machines.values()):
+            if self._sources.is_over and all(machine.is_over for machine in machines.values()):
                 return self._end(Ending.OVER)
             while (
                 not is_busy and not stop() and (left := began + self._config.interval - time.monotonic()) > 0
@@ -202,7 +200,7 @@ class Monitor:
         """Store what is new: states, then lines. Report once that this fails, and that it works again."""
         machines, blocking = [*self.machines.values()], self._sources.blocking()
         is_all = is_end or self._store is None
-        idle = [each for each in machines if self._is_idle(each)]
+        idle = [machine for machine in machines if self._is_idle(machine)]
         due = [each for each in machines if is_all or each.is_due or each.source in blocking or each in idle]
         try:
             self._write(due)
@@ -211,9 +209,9 @@ class Monitor:
                 self._say(Event(EventKind.NOT_STORED, f"continues without storing states: {error}"))
             self._is_unstored = True
         else:
-            for each in due:
-                each.is_due = False
-                each.source.confirm()
+            for machine in due:
+                machine.is_due = False
+                machine.source.confirm()
             self._sources.acknowledge()
             if self._store is not None and not is_end:
                 self._release(idle)
@@ -227,7 +225,7 @@ class Monitor:
             return
         if self._store is not None:
             log = {} if self._log is None else self._log.position
-            self._store.write({each.name: each.row for each in due}, log)
+            self._store.write({machine.name: machine.row for machine in due}, log)
         if self._log is not None:
             self._log.write()
 
@@ -245,7 +243,7 @@ class Monitor:
 
     def _end(self, ending: Ending) -> Ending:
         """The last lines; if no restart will continue, the ends of episodes."""
-        if ending is Ending.OVER and not any(each.is_judged for each in self.machines.values()):
+        if ending is Ending.OVER and not any(machine.is_judged for machine in self.machines.values()):
             ending = Ending.UNJUDGED
         is_final = ending is not Ending.STOPPED or self._store is None
         for machine in self.machines.values():

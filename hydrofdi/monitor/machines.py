@@ -1,21 +1,28 @@
-"""A machine: its stream, its state, and its lines. In a fleet, what goes wrong with it stays with it."""
+"""Machines, each with its stream, its state and its lines, and the outlets to which the lines go."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import logging
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TextIO, runtime_checkable
 
 from hydrofdi.detectors.trained.detector import NUMBER, Detector
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.lines import Line, WindowLine, is_said
+from hydrofdi.detectors.trained.lines import Line, WindowLine, is_said, line_record
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig, topic_address
+from hydrofdi.monitor.sources import StreamSource, needing_extra
 from hydrofdi.monitor.store import StoredMachine
 from hydrofdi.records.streams import Chunk, Event, EventKind
+
+if TYPE_CHECKING:
+    from hydrofdi.monitor.metrics import MetricsServer
+    from hydrofdi.monitor.mqtt import MqttSink
 
 _log = logging.getLogger(__name__)
 
@@ -177,3 +184,95 @@ class Machine:
         if text not in self._said:
             _log.error("%s: this is a bug in hydrofdi; please report it", self.name, exc_info=error)
         return text
+
+
+@runtime_checkable
+class View(Protocol):
+    """A receiver of all samples and lines of a single machine."""
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> object:
+        """Take the samples and the lines of a reading."""
+
+    def close(self) -> None:
+        """End."""
+
+
+Receiver = Callable[[dict[str, Any]], None] | TextIO | View | None
+
+
+class Outlets:
+    """Hands lines on as JSON; in a fleet with the name of the machine, which is None for the fleet itself."""
+
+    def __init__(self, config: FleetConfig, to: Receiver) -> None:
+        self._view = to if isinstance(to, View) else None
+        self._to = None if isinstance(to, View) else to
+        self._metrics: MetricsServer | None = None
+        self._sinks: list[MqttSink] = []
+        self._events = list[Event]()
+        self._stack = ExitStack()
+        with needing_extra(), ExitStack() as stack:
+            if self._view is not None:
+                stack.callback(self._view.close)
+            if config.metrics:
+                from hydrofdi.monitor.metrics import MetricsServer
+
+                self._metrics = MetricsServer(config.metrics)
+                stack.callback(self._metrics.close)
+                self._events += self._metrics.said
+            for text in config.events:
+                from hydrofdi.monitor.mqtt import MqttSink
+
+                self._sinks.append(MqttSink(topic_address(text), config.mqtt))
+                stack.callback(self._sinks[-1].close)
+            self._stack = stack.pop_all()
+
+    def put(self, machine: Machine | None, chunk: Chunk | None, lines: Sequence[Line]) -> str:
+        """Hand lines on; the text of those that are said."""
+        if self._metrics is not None and machine is None:
+            self._metrics.count(lines)
+        elif self._metrics is not None and machine is not None and (lines or chunk is not None):
+            self._metrics.put(machine.name or machine.source.name, machine.kind.file, chunk, lines)
+        if self._view is not None:
+            self._view.put(chunk, lines)
+        said = [line for line in lines if is_said(line)]
+        if not said:
+            return ""
+        unit, name = ("1", None) if machine is None else (machine.kind.file.unit, machine.name)
+        named = {} if name == "" else {"line": "", "machine": name}
+        judge = {} if machine is None else {"digest": machine.kind.digest[:12]}
+        records = [
+            {**named, **line_record(line, unit), **(judge if isinstance(line, WindowLine) else {})}
+            for line in said
+        ]
+        texts = [json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n" for record in records]
+        for sink in self._sinks:
+            wanted = [text for line, text in zip(said, texts, strict=True) if sink.wants(line)]
+            self._events += sink.send_all(wanted)
+        if callable(self._to):
+            for record in records:
+                self._to(record)
+        elif self._to is not None:
+            self._to.write("".join(texts))
+            self._to.flush()
+        return "".join(texts)
+
+    def show_age(self, machine: Machine | None, age: float) -> None:
+        """Show in the metrics how old the newest samples were [s]."""
+        if self._metrics is not None:
+            self._metrics.show_age("" if machine is None else machine.source.name, age)
+
+    def happened(self) -> list[Event]:
+        """Events of the outlets themselves."""
+        for sink in self._sinks:
+            self._events += sink.send_all(())
+        events, self._events = self._events, []
+        return events
+
+    def forget(self, machine: str) -> None:
+        """Serve no metrics of a machine any more."""
+        if self._metrics is not None:
+            self._metrics.forget(machine)
+
+    def close(self) -> None:
+        """Write and send what is left, and end."""
+        self._stack.close()

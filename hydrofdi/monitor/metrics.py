@@ -13,8 +13,8 @@ from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, sta
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
 from hydrofdi.errors import ConfigError
-from hydrofdi.records.dates import FIRST_DATE
 from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__
 
@@ -34,6 +34,7 @@ class MetricsServer:
         host, port = _host_and_port(address)
         self._registry = CollectorRegistry()
         self._metrics: dict[str, Counter | Gauge | Info | Enum] = {}
+        self._machines: dict[str, MetricsSink] = {}
         try:
             self._server, self._thread = start_http_server(port, host, self._registry)
         except (OSError, UnicodeError) as error:
@@ -58,8 +59,15 @@ class MetricsServer:
 
     def forget(self, machine: str) -> None:
         """Serve nothing of this machine any more."""
+        self._machines.pop(machine, None)
         for metric in self._metrics.values():
             metric.remove_by_labels({"machine": machine})
+
+    def put(self, machine: str, file: DetectorFile, chunk: Chunk | None, lines: Sequence[Line]) -> None:
+        """Count the samples and the lines of a reading of a machine."""
+        if machine not in self._machines:
+            self._machines[machine] = MetricsSink(self, machine, file)
+        self._machines[machine].put(chunk, lines)
 
     def count(self, lines: Sequence[Line]) -> None:
         """Count the events of no machine."""
@@ -116,10 +124,6 @@ class MetricsSink:
                 self._count_window(line)
             else:
                 self._count_event(line)
-
-    def close(self) -> None:
-        """Serve nothing of this machine any more."""
-        self._server.forget(self._machine)
 
     def _describe(self, file: DetectorFile) -> None:
         output = file.config.output or file.score_name

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-import socket
 import ssl
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from threading import Event as Signal
 from typing import Any, NamedTuple
 
@@ -23,7 +20,7 @@ from paho.mqtt.reasoncodes import ReasonCode
 from hydrofdi.detectors.trained.lines import Line, WindowLine
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
-from hydrofdi.monitor.connections import Connection, credentials, exposed, network_reason, usable
+from hydrofdi.monitor.sources import Connection, credentials, exposed, network_reason, usable
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
 _SENT_AT_ONCE = 10
@@ -44,11 +41,10 @@ class MqttConnection(Connection):
         address: Address,
         config: MqttConfig,
         say: Callable[[Event], None],
-        first_wait: float,
         client_id: str = "",
         **wishes: int,
     ) -> None:
-        Connection.__init__(self, str(address), say, first_wait)
+        Connection.__init__(self, str(address), say)
         self.address, self.config, self.client_id, self._wishes = address, config, client_id, wishes
         self.changed = Signal()
         self._is_lost, self._reason = False, ""
@@ -168,28 +164,22 @@ class Message(NamedTuple):
     is_repeated: bool
 
 
-def client_id_of(file: Path, *more: str) -> str:
-    """A client id that is the same at each start; every broker accepts its 23 characters."""
-    text = "\n".join((socket.gethostname(), str(file.resolve()), *more))
-    return f"hydrofdi-{hashlib.sha256(text.encode()).hexdigest()[:14]}"
-
-
 class Publisher(MqttConnection):
     """A bounded queue of messages; a new connection sends again what the broker did not acknowledge.
 
     `events` are those of the connection, and messages that the broker refused.
     """
 
-    def __init__(
-        self, address: Address, config: MqttConfig, capacity: int, first_wait: float = 1.0, status: str = ""
-    ) -> None:
+    _status = ""
+
+    def __init__(self, address: Address, config: MqttConfig, capacity: int = 10_000) -> None:
         self.events: deque[Event] = deque(maxlen=1000)
-        self._capacity, self._status = capacity, status
+        self._capacity = capacity
         self._payloads: deque[bytes] = deque()
         self._sent: deque[int] = deque()
         self._answers: deque[tuple[int, Any]] = deque()
         self._is_online = False
-        super().__init__(address, config, self.events.append, first_wait)
+        super().__init__(address, config, self.events.append)
         self.connect()
 
     def send(self, payload: bytes) -> bool:
@@ -229,8 +219,8 @@ class Publisher(MqttConnection):
         while self._answers:
             number, code = self._answers.popleft()
             if number in self._sent:  # else it is that of the status
-                place = self._sent.index(number)
-                del self._sent[place], self._payloads[place]
+                index = self._sent.index(number)
+                del self._sent[index], self._payloads[index]
                 if code.is_failure:
                     self.say(self.dropped(f"the broker refuses messages: {code.getName().lower()}"))
         while self._is_online and len(self._sent) < min(len(self._payloads), _SENT_AT_ONCE):
@@ -261,10 +251,9 @@ def payload_of(chunk: Chunk) -> bytes:
 class MqttSink(Publisher):
     """Sends lines as JSON to a topic; its ``…/status`` is ``online`` or ``offline``, and retained."""
 
-    def __init__(
-        self, address: Address, config: MqttConfig, capacity: int = 10_000, first_wait: float = 1.0
-    ) -> None:
-        super().__init__(address, config, capacity, first_wait, status=f"{address.path}/status")
+    def __init__(self, address: Address, config: MqttConfig, capacity: int = 10_000) -> None:
+        self._status = f"{address.path}/status"
+        super().__init__(address, config, capacity)
 
     def wants(self, line: Line) -> bool:
         """Whether it sends such a line."""

@@ -23,9 +23,18 @@ from cryptography.hazmat.primitives.serialization import Encoding, load_der_priv
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
-from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
-from hydrofdi.monitor.sources import Position, StreamSource, joined
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.monitor.sources import (
+    Connection,
+    Inbox,
+    Position,
+    StreamSource,
+    credentials,
+    exposed,
+    joined,
+    network_reason,
+    usable,
+)
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, factor_to_si
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
@@ -62,12 +71,10 @@ class OpcUaSource(Connection, StreamSource):
         config: OpcUaConfig,
         channels: Mapping[Channel, ChannelConfig],
         sampling_frequency: float,
-        *,
-        first_wait: float = 1.0,
     ) -> None:
         self._inbox: Inbox[Chunk] = Inbox(max(2, round(config.queue * sampling_frequency)))
         StreamSource.__init__(self, str(address), self._inbox.events)
-        super().__init__(self.name, self._inbox.say, first_wait)
+        super().__init__(self.name, self._inbox.say)
         if not channels:
             raise ConfigError("an OPC UA server needs 'channels': the node of each channel")
         self._config, self._period = config, 1 / sampling_frequency
@@ -172,9 +179,9 @@ class OpcUaSource(Connection, StreamSource):
     async def _check(self, client: Client, expected: bytes) -> None:
         """Check policy and certificate: a server does not answer what is encrypted for another one."""
         wanted = client.security_policy.URI, ua.MessageSecurityMode.SignAndEncrypt
-        for each in await Client(self.name, timeout=_TIMEOUT).connect_and_get_server_endpoints():
-            is_own = (each.ServerCertificate or b"").startswith(expected)
-            if is_own and (each.SecurityPolicyUri, each.SecurityMode) == wanted:
+        for endpoint in await Client(self.name, timeout=_TIMEOUT).connect_and_get_server_endpoints():
+            is_own = (endpoint.ServerCertificate or b"").startswith(expected)
+            if is_own and (endpoint.SecurityPolicyUri, endpoint.SecurityMode) == wanted:
                 return
         raise ConnectionError("it does not offer 'security' with signing and 'server_certificate'")
 

@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrofdi.errors import ConfigError, without_credentials
-from hydrofdi.monitor.configuration import PORTS, Address
-from hydrofdi.monitor.connections import needing_extra
-from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.configuration import PORTS, Address, FleetConfig, Pattern
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.machines import Kind, SourceOf
-from hydrofdi.monitor.sources import StreamSource, printable
+from hydrofdi.monitor.sources import StreamSource, needing_extra, printable
 from hydrofdi.records.streams import Event
 from hydrofdi.settings.messages import similar
 
@@ -140,10 +138,10 @@ class Sources:
     def _found(self) -> Iterator[tuple[str, str]]:
         for pattern in self._files:
             before, wildcard, after = pattern.text.partition("*")
-            places = sorted(glob(f"{escape(before)}*{escape(after)}")) if wildcard else [pattern.text]
-            for place in places:
-                if (name := pattern.name_in(place)) is not None and not Path(place).is_dir():
-                    yield printable(name), place
+            paths = sorted(glob(f"{escape(before)}*{escape(after)}")) if wildcard else [pattern.text]
+            for path in paths:
+                if (name := pattern.name_in(path)) is not None and not Path(path).is_dir():
+                    yield printable(name), path
 
     def _file(self, path: str, kind: Kind) -> StreamSource:
         needed, is_resumed = kind.file.channels, self._is_resumed

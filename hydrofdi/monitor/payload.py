@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
@@ -13,15 +14,14 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import joined, malformed
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, Titled, columns_of, split_title
-from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.description import is_counts
 from hydrofdi.records.rows import runs
 from hydrofdi.records.streams import Chunk
-from hydrofdi.records.times import time_column
+from hydrofdi.records.times import time_column, unix_seconds
 from hydrofdi.settings.messages import counted
-from hydrofdi.units import parse_quantity
+from hydrofdi.settings.quantities import SI
 
 
 class SampleClock:
@@ -36,7 +36,7 @@ class SampleClock:
         return np.arange(first, self.n_sample) / self.sampling_frequency
 
 
-_FREQUENCY = "sampling_frequency"
+_FREQUENCY, _HERTZ = "sampling_frequency", SI("Hz", above=0.0)
 _MOST_KEYS = 256
 
 
@@ -63,8 +63,8 @@ class Lines:
     def chunks(self, lines: Sequence[str]) -> list[Chunk]:
         """Samples of complete lines."""
         chunks: list[Chunk] = []
-        for place, found in runs(lines, self.block):
-            chunks += self.line(lines[place], found) if isinstance(found, ValueError) else [found]
+        for row, chunk in runs(lines, self.block):
+            chunks += self.line(lines[row], chunk) if isinstance(chunk, ValueError) else [chunk]
         return chunks
 
     def block(self, lines: Sequence[str]) -> Chunk:
@@ -106,15 +106,15 @@ class PayloadReader(Lines):
 
     def read(self, payload: bytes) -> Chunk:
         """The samples of a payload: one JSON object, or one on each line."""
-        return joined([self.chunk([found]) for found in self._objects(payload)])
+        return joined([self.chunk([sample]) for sample in self._objects(payload)])
 
     def read_all(self, payloads: Sequence[bytes]) -> Chunk:
         """The samples of payloads, at once if all have the same form; those that are not understood are a
         sample each that could not be read."""
         with suppress(PayloadError, UnicodeDecodeError):
-            found = [each for payload in payloads for each in self._objects(payload)]
-            if len(set(map(_form, found))) == 1:
-                return self.chunk(found)
+            objects = [each for payload in payloads for each in self._objects(payload)]
+            if len(set(map(_form, objects))) == 1:
+                return self.chunk(objects)
         chunks = []
         for payload in payloads:
             try:
@@ -137,18 +137,18 @@ class PayloadReader(Lines):
     def block(self, lines: Sequence[str]) -> Chunk:
         """A line, or lines with the same keys and one sample each, as one block."""
         objects = [parsed(line) for line in lines]
-        if len({tuple(found) for found in objects}) > 1:
+        if len({tuple(sample) for sample in objects}) > 1:
             raise PayloadError("lines have different keys")
         if len(objects) == 1:
             return self.chunk(objects)
-        return self.chunk([{key: [found[key] for found in objects] for key in objects[0]}])
+        return self.chunk([{key: [sample[key] for sample in objects] for key in objects[0]}])
 
     def chunk(self, objects: Sequence[Mapping[str, Any]]) -> Chunk:
         """The samples of JSON objects of the same form."""
         first = objects[0]
         time, channels = self._columns_of({key: value for key, value in first.items() if key != _FREQUENCY})
         values = {
-            channel: [_listed(found[column.title]) for found in objects]
+            channel: [_listed(sample[column.title]) for sample in objects]
             for channel, column in channels.items()
         }
         lengths = {tuple(map(len, lists)) for lists in values.values()}
@@ -168,29 +168,29 @@ class PayloadReader(Lines):
             raise PayloadError("has no time stamp; add 'time' [s]")
         return Chunk(times, in_si)
 
-    def _instants(self, time: ReadColumn, found: Mapping[str, Any], n_time: int) -> Array:
+    def _instants(self, time: ReadColumn, sample: Mapping[str, Any], n_time: int) -> Array:
         """Instants of the samples of an object [s], shape (n_time,)."""
-        times = self._times(time, found[time.title])
-        if times.size == 1 and _FREQUENCY in found:
+        times = self._times(time, sample[time.title])
+        if times.size == 1 and _FREQUENCY in sample:
             with np.errstate(over="ignore"):
-                times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
+                times = times + np.arange(n_time) / _frequency(sample[_FREQUENCY])
         if times.size != n_time:
             stamps = counted(times.size, "time stamp")
             raise PayloadError(f"has {stamps} for {counted(n_time, 'sample')}, and no '{_FREQUENCY}'")
         return times
 
-    def _columns_of(self, found: Mapping[str, Any]) -> Columns:
+    def _columns_of(self, sample: Mapping[str, Any]) -> Columns:
         """The columns that keys mean; those of the last objects are cached."""
-        keys = tuple(found)
-        dated = tuple(place for place, value in enumerate(found.values()) if _is_text(value))
+        keys = tuple(sample)
+        dated = tuple(index for index, value in enumerate(sample.values()) if _is_text(value))
         if known := self._known.get((keys, dated)):
             return known
         if len(keys) > _MOST_KEYS:
             raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
         names, configured = {*keys, *(split_title(key)[0] for key in keys)}, self.config.channels
-        present = {channel: each for channel, each in configured.items() if each.column in names}
+        present = {channel: config for channel, config in configured.items() if config.column in names}
         if configured and not present:
-            wanted = ", ".join(each.column for each in configured.values())
+            wanted = ", ".join(config.column for config in configured.values())
             raise PayloadError(f"has none of the keys {wanted[:100]}")
         header = Titled("JSON", keys, dated)
         config = self.config.model_copy(update={"channels": present})
@@ -232,17 +232,17 @@ def stream_columns(
 def parsed(text: bytes | str) -> dict[str, Any]:
     """A JSON object."""
     try:
-        found = json.loads(text)
+        value = json.loads(text)
     except (ValueError, RecursionError):
         raise PayloadError("is not JSON") from None
-    if not isinstance(found, dict):
+    if not isinstance(value, dict):
         raise PayloadError("is not a JSON object")
-    return found
+    return value
 
 
-def _form(found: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[bool, ...]]:
+def _form(sample: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[bool, ...]]:
     """Keys, and which of them have texts."""
-    return tuple(found), tuple(map(_is_text, found.values()))
+    return tuple(sample), tuple(map(_is_text, sample.values()))
 
 
 def _listed(value: Any) -> list[Any]:
@@ -264,10 +264,7 @@ def _is_text(value: Any) -> bool:
 
 
 def _frequency(value: Any) -> float:
-    try:
-        frequency = parse_quantity(value, "Hz") if isinstance(value, str) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        frequency = 0.0
-    if not 0.0 < frequency < float("inf"):
-        raise PayloadError("'sampling_frequency' must be a number above zero [Hz]")
-    return frequency
+    with suppress(ValueError, OverflowError):
+        if math.isfinite(frequency := _HERTZ.parse(value)):
+            return frequency
+    raise PayloadError("'sampling_frequency' must be a number above zero [Hz]")

@@ -14,8 +14,8 @@ from typing import Any, TextIO
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import Address, is_mqtt, load_monitor_config
 from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records.files import titled
 from hydrofdi.records.streams import Chunk
-from hydrofdi.records.writing import titled
 
 _BLOCK_DURATION = 0.05
 """Time between blocks [s]."""
@@ -119,7 +119,7 @@ def _text_sender(form: str | None, stream: TextIO) -> Send:
 
 @contextmanager
 def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterator[Send]:
-    from hydrofdi.monitor.connections import needing_extra
+    from hydrofdi.monitor.sources import needing_extra
 
     with needing_extra():
         from hydrofdi.monitor.mqtt import Publisher, payload_of

@@ -1,22 +1,26 @@
-"""The state of a monitor: an SQLite database with a row for each machine."""
+"""What a monitor stores: its state, an SQLite database with a row for each machine, and its log."""
 
 from __future__ import annotations
 
+import io
 import json
+import os
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 
 from hydrofdi.errors import StoreError
+from hydrofdi.monitor.growing_file import found_again, place_in
 from hydrofdi.monitor.sources import Position
 from hydrofdi.records.streams import State
-from hydrofdi.store.files import reason, require_regular
-from hydrofdi.store.folder import file_lock
+from hydrofdi.store.files import open_own, reason, require_regular, write_all
+from hydrofdi.store.folder import file_lock, take_lock
 
 VERSION = 7
 """Raise it when arrays of the state get another name or meaning."""
@@ -97,20 +101,20 @@ class StateStore:
         with self._troubles("written"), self._database as database:
             database.execute("begin immediate")
             insert = "insert or replace into machine values (?, ?, ?, ?, ?, ?)"
-            for name, each in machines.items():  # one after the other, as many together need memory
-                body, position = _packed(each.state), json.dumps(dict(each.position))
-                row = name, each.source, each.detector, position, body
+            for name, machine in machines.items():  # one after the other, as many together need memory
+                body, position = _packed(machine.state), json.dumps(dict(machine.position))
+                row = name, machine.source, machine.detector, position, body
                 database.execute(insert, (*row, _checksum(*row)))
             database.execute("delete from log")
             database.execute("insert into log values (?)", (json.dumps(dict(log)),))
 
     def _prepare(self, database: sqlite3.Connection) -> None:
         """Make a new database, or check that this one has the same owner."""
-        mark, found, is_new = _APPLICATION[self._owner], list[int](), False
+        mark, marks, is_new = _APPLICATION[self._owner], list[int](), False
         with suppress(sqlite3.DatabaseError):  # another kind of file
-            found = [database.execute(f"pragma {key}").fetchone()[0] for key in _MARKS]
+            marks = [database.execute(f"pragma {key}").fetchone()[0] for key in _MARKS]
             is_new = not database.execute("select count(*) from sqlite_master").fetchone()[0]
-        if not is_new and found != [mark, VERSION]:
+        if not is_new and marks != [mark, VERSION]:
             what = f"belongs to another version, or is not the state of a {self._owner}"
             raise StoreError(f"{self.path}: {what}, and was not changed; choose another name")
         with self._troubles("read"):
@@ -163,3 +167,108 @@ def _unpacked(body: bytes) -> dict[str, np.ndarray]:
         state[name] = np.frombuffer(data[first:stop], dtype).reshape(shape).copy()
         first = stop
     return state
+
+
+_OWN = b'{"line": "'
+
+LARGEST_BACKLOG = 16 * 2**20
+"""Most bytes of lines that wait in memory while the disk is full."""
+
+
+class WindowLog:
+    """JSON lines in a file that no other monitor writes meanwhile.
+
+    The state stores the lines of a step and their place before they are written, so that a restart
+    writes those that are not there. If the file is renamed, the next step begins a new one.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._waiting = b""
+        self._file: io.FileIO | None = None
+
+    def open(self, position: Position) -> None:
+        """Continue at the end of the file, with the lines of a stored position that were not written."""
+        file = self._opened()
+        try:
+            self._waiting = _unwritten(position, file) if position else b""
+        except OSError as error:
+            raise self._refused(error) from None
+
+    @property
+    def position(self) -> Position:
+        """Waiting lines, and their place: path and end of the file."""
+        file = self._opened()
+        position = place_in(file.fileno(), os.fstat(file.fileno()).st_size)
+        return {"path": str(self.path.resolve()), "waiting": self._waiting.decode(), **position}
+
+    def take(self, text: str) -> None:
+        """Let lines of JSON wait."""
+        self._waiting += text.encode()
+        if len(self._waiting) > LARGEST_BACKLOG:
+            self._waiting = self._waiting[
+                self._waiting.index(b"\n", len(self._waiting) - LARGEST_BACKLOG) + 1 :
+            ]
+
+    @property
+    def has_waiting(self) -> bool:
+        """Whether lines wait."""
+        return bool(self._waiting)
+
+    def write(self) -> None:
+        """Write all waiting lines, or none, at `position`, and make them survive a crash of the machine."""
+        if not self._waiting:
+            return
+        file = self._file
+        assert file is not None
+        length = os.fstat(file.fileno()).st_size
+        try:
+            try:
+                write_all(file, self._waiting)
+                os.fsync(file.fileno())
+            except OSError:
+                file.truncate(length)
+                raise
+        except OSError as error:
+            raise self._refused(error) from None
+        self._waiting = b""
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+
+    def _opened(self) -> io.FileIO:
+        """The file that has the name now, locked."""
+        if self._file is None or not self._has_name(self._file):
+            self.close()
+            self._file = open_own(self.path, _OWN, "a log of a monitor")
+            take_lock(self._file, f"{self.path}: another monitor writes it")
+        return self._file
+
+    def _has_name(self, file: io.FileIO) -> bool:
+        try:
+            return os.path.samestat(self.path.stat(), os.fstat(file.fileno()))
+        except OSError:
+            return False
+
+    def _refused(self, error: OSError) -> StoreError:
+        return StoreError(f"{self.path}: cannot be written: {reason(error)}")
+
+
+def _unwritten(position: Position, log: io.FileIO) -> bytes:
+    """The waiting lines of a stored position that are not in its file, also if that was renamed since.
+
+    Of a file that is gone or was cut, all are taken as written. A torn line at the end of `log` is cut off.
+    """
+    waiting: bytes = position["waiting"].encode()
+    file = found_again(Path(position["path"]), position)
+    if file is None:
+        return b""
+    tail, is_log = file.read(len(waiting) + 1), os.path.samestat(file.status, os.fstat(log.fileno()))
+    file.close()
+    pairs = zip(tail.splitlines(True), waiting.splitlines(True), strict=False)
+    n_written = sum(len(line) for line, _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+    if waiting.startswith(tail) and is_log:
+        log.truncate(int(position["offset"]) + n_written)
+    return waiting[n_written:]

@@ -10,11 +10,11 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.payload import Lines, PayloadReader, SampleClock, stream_columns
 from hydrofdi.monitor.sources import Position, joined
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.columns import ReadColumn
-from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.rows import HEAD_HINT, RowReader, require_text, wrong_encoding
 from hydrofdi.records.streams import Chunk
+from hydrofdi.records.times import is_dated, unix_seconds
 from hydrofdi.settings.messages import counted
 
 
@@ -131,7 +131,7 @@ class TextLines:
         encoding = config.format.encoding
         self._encoding = "utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding
         self._csv, self._json = (
-            each(config, self._clock, needed, name) for each in (CsvLines, PayloadReader)
+            kind(config, self._clock, needed, name) for kind in (CsvLines, PayloadReader)
         )
         self._lines: Lines | None = None
         self._rest, self._is_skipping = b"", "is_skipping" in position
@@ -197,8 +197,8 @@ class TextLines:
             chunks = self._chunks(lines)
         else:
             for fits, some in groupby(lines, self._fits):
-                found, reason = list(some), f"is longer than {counted(self._largest, 'byte')}"
-                chunks += self._chunks(found) if fits else [self._csv.lost(line, reason) for line in found]
+                own, reason = list(some), f"is longer than {counted(self._largest, 'byte')}"
+                chunks += self._chunks(own) if fits else [self._csv.lost(line, reason) for line in own]
         return joined(chunks) if chunks else None
 
     def _require_text(self, data: bytes) -> None:

@@ -6,6 +6,7 @@ import socket
 import time
 from collections import deque
 from collections.abc import Collection
+from hashlib import sha256
 from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,14 +15,12 @@ from zlib import crc32
 from paho.mqtt.client import Client, MQTTMessage
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from hydrofdi.monitor.configuration import Address, MonitorConfig
-from hydrofdi.monitor.connections import Inbox, claimed
-from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, Pattern
 from hydrofdi.monitor.machines import SourceOf
-from hydrofdi.monitor.mqtt import Message, MqttConnection, client_id_of
+from hydrofdi.monitor.mqtt import Message, MqttConnection
 from hydrofdi.monitor.payload import PayloadReader
-from hydrofdi.monitor.sources import Position, StreamSource
-from hydrofdi.records.batch import Channel
+from hydrofdi.monitor.sources import Inbox, Position, StreamSource, claimed
+from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 
 _MOST_UNACKNOWLEDGED = 2**16 - 1
@@ -117,7 +116,7 @@ class TopicSource(StreamSource):
 class _Open(NamedTuple):
     """A message that is not acknowledged; without a source, nobody needs it."""
 
-    place: int
+    order: int
     client: Client
     number: int
     source: TopicSource | None
@@ -134,18 +133,14 @@ class Topics(MqttConnection):
     """
 
     def __init__(
-        self,
-        patterns: list[Pattern],
-        config: FleetConfig,
-        file: Path,
-        *,
-        is_single: bool = False,
-        first_wait: float = 1.0,
+        self, patterns: list[Pattern], config: FleetConfig, file: Path, *, is_single: bool = False
     ) -> None:
         address = patterns[0].address
         assert address is not None
         names, own = [str(pattern.address) for pattern in patterns], config.partition.replace("/", "-")
-        named = client_id_of(file, *names, *([] if is_single else [own]))
+        # The same at each start; every broker accepts its 23 characters.
+        text = "\n".join((socket.gethostname(), str(file.resolve()), *names, *([] if is_single else [own])))
+        named = f"hydrofdi-{sha256(text.encode()).hexdigest()[:14]}"
         self._least_size = LEAST_OF_ONE if is_single else _LEAST_SIZE
         self._most_kept = _MOST_OF_ONE if is_single else MOST_KEPT
         self._inbox: Inbox[tuple[Client, Message]] = Inbox(CAPACITY)
@@ -153,7 +148,6 @@ class Topics(MqttConnection):
             address,
             config.mqtt,
             self._inbox.say,
-            first_wait,
             config.mqtt.client_id + own if config.mqtt.client_id else named,
             SessionExpiryInterval=round(config.mqtt.session_expiry),
             ReceiveMaximum=_MOST_UNACKNOWLEDGED,
@@ -238,18 +232,18 @@ class Topics(MqttConnection):
         if not is_stalled and n_open <= 3 * self._most_kept // 4:
             return set()
         n_over = n_open if is_stalled or n_open <= self._most_kept else n_open - self._most_kept // 2
-        open_ones = (each.source for each in islice(self._open, n_over) if not _is_done(each))
-        found = [*dict.fromkeys(source for source in open_ones if source is not None)]
-        return {*(found if is_stalled or n_open > self._most_kept else found[: 1 + len(found) // 8])}
+        open_ones = (message.source for message in islice(self._open, n_over) if not _is_done(message))
+        sources = [*dict.fromkeys(source for source in open_ones if source is not None)]
+        return {*(sources if is_stalled or n_open > self._most_kept else sources[: 1 + len(sources) // 8])}
 
     def acknowledge(self) -> None:
         """Acknowledge all that is stored, up to the first message that is not."""
         done = [*takewhile(_is_done, self._open)]
-        for each in done:
+        for message in done:
             self._open.popleft()
-            if each.source is not None:
-                each.source.acknowledged()
-            each.client.ack(each.number, 1)
+            if message.source is not None:
+                message.source.acknowledged()
+            message.client.ack(message.number, 1)
 
     def _source(self, topic: str, source_of: SourceOf) -> TopicSource | None:
         name = next(filter(None, (pattern.name_in(topic) for pattern in self._patterns)), None)
@@ -260,4 +254,4 @@ class Topics(MqttConnection):
 
 
 def _is_done(message: _Open) -> bool:
-    return message.source is None or message.source.stored >= message.place
+    return message.source is None or message.source.stored >= message.order

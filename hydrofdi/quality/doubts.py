@@ -1,4 +1,5 @@
-"""Doubts about simulated records, one list: what decides each, its words and its remedy; and failures."""
+"""What simulated records are worth: how they settle, features of what has settled, and doubts in one list:
+what decides each, its words and its remedy; and failures."""
 
 from __future__ import annotations
 
@@ -13,14 +14,146 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.experiment import Analysis
 from hydrofdi.config.request import parameter_names, parameter_quantity
+from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.quality.measures import SETTLED_CHANGE
+from hydrofdi.transforms import undecimated
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.wavelet import n_phase, root_mean_square
 
 if TYPE_CHECKING:
     from hydrofdi.simulation.balances import Trajectory
 
 Array = NDArray[np.float64]
+
+SETTLED_CHANGE = 1e-3
+"""Periods agree where no detail's RMS differs by more than this share. It moves a δ by 0.2 points at most."""
+
+LEAST_DETAIL = 1e-9
+"""A detail's RMS below this share of the supply pressure is rounding and counts as this much."""
+
+_WAVELET = WaveletConfig()
+
+
+def how_records_settle(runs: Sequence[RunParameters], pressure: Array) -> tuple[Array, Array]:
+    """How the details of each run settle.
+
+    Each period is taken as a circle, so that a drift from its start to its end shows as well. Periods are
+    counted from the end of the record. The details are those of the paper's wavelet, whatever a record is
+    analysed with.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (n_run, n_time)
+        Chamber-1 pressure as it really is [Pa].
+
+    Returns
+    -------
+    changes : ndarray, shape (n_run,)
+        Largest relative change of the RMS of a detail from the last but one period to the last [-]; NaN where
+        the record does not contain two whole periods.
+    settled_from : ndarray, shape (n_run,)
+        Start of the whole periods that agree with the last one, of which there are two at least [s]; NaN if
+        there are none.
+    """
+    changes, settled_from = np.full((2, len(runs)), np.nan)
+    together: dict[int, list[int]] = {}
+    n_sample = pressure.shape[1]
+    for row, run in enumerate(runs):
+        n_period = samples_per_period(run)
+        if n_period is not None and n_sample >= 2 * n_period:
+            together.setdefault(n_period, []).append(row)
+    for n_period, rows in together.items():
+        n_whole = n_sample // n_period
+        periods = pressure[rows, -n_whole * n_period :].reshape(len(rows), n_whole, n_period)
+        for row, rms in zip(rows, undecimated.undecimated_rms(periods, _WAVELET).detail, strict=True):
+            rms = np.maximum(rms, LEAST_DETAIL * runs[row].supply.pressure)
+            different = np.abs(rms / rms[-1] - 1.0).max(axis=1)
+            changes[row] = different[-2]
+            # Negated, so that NaN counts as unsettled.
+            unsettled = np.flatnonzero(~(different <= SETTLED_CHANGE))
+            first = int(unsettled[-1]) + 1 if unsettled.size else 0
+            # At least two periods agree: the last one always does with itself.
+            if first < n_whole - 1:
+                start = n_sample - (n_whole - first) * n_period
+                settled_from[row] = start / runs[row].record.sampling_frequency
+    return changes, settled_from
+
+
+def samples_per_period(run: RunParameters) -> int | None:
+    """Samples of a period of all that acts on the actuator; None if there is none, or no whole number."""
+    samples = run.input.period * run.record.sampling_frequency
+    return round(samples) if run.is_periodic and is_whole(samples) else None
+
+
+def pressure_features(
+    runs: Sequence[RunParameters], analysis: Analysis, pressure: Array, settled_from: Array
+) -> dict[str, Array]:
+    """What is measured of chamber-1 pressures with the knowledge of when they settled.
+
+    The mean is that of what ``analysis.discard`` leaves. Features of the settled record are undecimated and
+    free of boundaries: whole periods are taken as a circle; a record without a period is taken from what is
+    left out on, less the coefficients that look back beyond that.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters, length n_run
+        All with the same duration and sampling frequency.
+    analysis : Analysis
+        What is left out, and the wavelet.
+    pressure : ndarray, shape (n_run, n_time)
+        As the sensor shows it [Pa].
+    settled_from : ndarray, shape (n_run,)
+        Start of the settled periods [s]; NaN if there are none.
+
+    Returns
+    -------
+    dict
+        ``mean_chamber_1_pressure`` (n_run,); ``settled_detail_rms`` and ``settled_approximation_rms``
+        (n_run, n_level); where ``wavelet.phase`` is ``all`` also ``settled_phase_detail_rms``
+        (n_run, n_phase, n_level). All in Pa; settled ones are NaN for periodic records that have not settled.
+    """
+    n_run, wavelet, n_sample = len(runs), analysis.wavelet, pressure.shape[1]
+    names = "settled_detail_rms", "settled_approximation_rms"
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(names, (wavelet.levels,))
+    if wavelet.phase == "all":
+        shapes["settled_phase_detail_rms"] = (n_phase(wavelet.levels), wavelet.levels)
+    features = {name: np.full((n_run, *shape), np.nan) for name, shape in shapes.items()}
+    windows: dict[tuple[int, bool], list[int]] = {}
+    for row, (run, settled) in enumerate(zip(runs, settled_from.tolist(), strict=True)):
+        n_period, start = samples_per_period(run), analysis.n_discarded
+        if n_period is not None:
+            # Whole periods, counted from the end of the record, of which there are two at least.
+            first = n_sample if math.isnan(settled) else round(settled * run.record.sampling_frequency)
+            n_whole = (n_sample - max(first, start)) // n_period
+            start = n_sample - n_whole * n_period if n_whole > 1 else n_sample
+        windows.setdefault((start, n_period is not None), []).append(row)
+    for (start, is_circular), rows in windows.items():
+        if start < n_sample:
+            part = _settled(wavelet, pressure[rows, start:], start - analysis.n_discarded, is_circular)
+            for name, values in part.items():
+                features[name][rows] = values
+    return {"mean_chamber_1_pressure": np.mean(pressure[:, analysis.n_discarded :], axis=1)} | features
+
+
+def _settled(
+    wavelet: WaveletConfig, records: Array, first_sample: int, is_circular: bool
+) -> dict[str, Array]:
+    outside = 0 if is_circular else undecimated.boundary_length(wavelet)
+    if is_circular:
+        rms = undecimated.undecimated_rms(records, wavelet)
+        features = {"settled_detail_rms": rms.detail, "settled_approximation_rms": rms.approximation}
+    else:
+        parts = undecimated.undecimated_coefficients(records, wavelet)
+        names = ("settled_detail_rms", "settled_approximation_rms")
+        features = {n: root_mean_square(part[..., outside:]) for n, part in zip(names, parts, strict=True)}
+    if wavelet.phase == "all":
+        details, _ = undecimated.undecimated_coefficients(records, wavelet)
+        phases = undecimated.phase_detail_rms(details[..., outside:], first_sample + outside)
+        features["settled_phase_detail_rms"] = phases
+    return features
+
 
 STILL = 1e-9
 """A record whose P_1 varies by less than this share of the supply stands still: what varies is rounding."""

@@ -1,28 +1,41 @@
-"""What follows from parameters alone: statics, speeds, hydraulic mode, and the longest stable steps."""
+"""The machine of a run: statics, speeds, hydraulic mode, longest stable steps, and leakage to the outside."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES, RunRequest
 from hydrofdi.config.sections.drive import is_whole
-from hydrofdi.config.sections.machine import Edge
+from hydrofdi.config.sections.machine import Edge, FluidConfig, LeakageConfig
+from hydrofdi.physics.fluid import effective_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import (
+    HydraulicMode,
     Pair,
+    blended_conductance,
     damping_of_chamber_1,
+    laminar_conductance,
     largest_stable_step,
+    leakage_conductance,
     mode_damping_ratio,
     mode_frequency,
     second_order_eigenvalues,
     softest_position,
     valve_flow_pressure_coefficient,
 )
+from hydrofdi.physics.leakage import external_leakage_flow
 from hydrofdi.physics.steady_state import pressure_gain, rest_pressures, steady_speed
-from hydrofdi.physics.valve import worn_opening
+from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position, worn_opening
+from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.inputs import largest_opening, largest_travel, no_load_speed
+from hydrofdi.transforms.wavelet import level_bands
 
 Distinct = Callable[..., Iterable[RunRequest]]
 """Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""
@@ -91,6 +104,17 @@ def natural_frequency(run: RunParameters, position: float = 0.0, modulus: float 
     return omega / (2.0 * math.pi)
 
 
+NEAR_BAND_EDGE = 0.25
+"""A mode within so many octaves of a band's edge may answer in either level."""
+
+
+def is_near_band_edge(run: RunRequest) -> bool:
+    """Whether f_h is near the edge of a band of the wavelet transform of a run."""
+    frequency = natural_frequency(run)
+    edges = chain(*level_bands(run.record.sampling_frequency, run.wavelet.levels))
+    return frequency > 0.0 and min(abs(math.log2(frequency / edge)) for edge in edges) < NEAR_BAND_EDGE
+
+
 def _damping_ratio(run: RunParameters, coefficients: Pair) -> float:
     """ζ with the piston centred, from K_c of each chamber [m³/(s·Pa)]."""
     actuator, beta = run.actuator, run.mean_modulus
@@ -125,6 +149,103 @@ def _null(run: RunParameters, rest: Pair) -> tuple[Pair, Pair]:
         gains.append(gain)
         coefficients.append(coefficient)
     return (gains[0], gains[1]), (coefficients[0], coefficients[1])
+
+
+def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int = 0) -> HydraulicMode:
+    """Frequency and damping of the hydraulic mode at the median working point of a record.
+
+    Valve opening, orifice drop and pressure difference are the medians of their absolute values over the
+    samples; K_c and G are singular where a drop vanishes, so a mean would be ruled by single samples.
+
+    Parameters
+    ----------
+    run : int
+        Row of the trajectory.
+
+    Returns
+    -------
+    HydraulicMode
+        Frequency [Hz], piston centred, and damping ratio [-]; the ratio is infinite if the median drop
+        or, with a leak, the median pressure difference vanishes.
+    """
+    actuator = parameters.actuator
+    # NumPy's scalars, whose division by zero gives infinity instead of an error.
+    area_1, area_2 = map(np.float64, actuator.areas)
+    mass, areas, volumes = np.float64(actuator.mass), (area_1, area_2), actuator.volumes_at(0.0)
+    pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
+    coefficient = trajectory.leakage_coefficient[run]
+    with np.errstate(all="ignore"):
+        beta = _modulus(parameters.fluid, pressure_1, pressure_2)
+        omega = mode_frequency(beta, areas, volumes, mass, actuator.load_stiffness)
+        flows = damping_of_chamber_1(
+            areas, volumes, _valve_coefficients(parameters, trajectory, run),
+            _conductance(parameters.leakage, _median_size(pressure_1 - pressure_2), coefficient),
+        )  # fmt: skip
+        damping = mode_damping_ratio(
+            omega, beta, actuator.chamber_volume, mass, parameters.friction.viscous, *flows
+        )
+    return HydraulicMode(float(omega / (2.0 * math.pi)), float(damping))
+
+
+def _modulus(fluid: FluidConfig, *pressures: NDArray[np.float64]) -> np.float64:
+    """β [Pa]; if it depends on pressure, the mean of those at the median pressures of the chambers."""
+    if fluid.is_constant:
+        return np.float64(fluid.bulk_modulus)
+    medians = [float(np.median(pressure)) for pressure in pressures]
+    moduli = [fluid.modulus_at(pressure) for pressure in medians]
+    if fluid.law == "free_air":
+        air = fluid.free_air, fluid.polytropic_exponent, fluid.atmospheric_pressure
+        moduli = [effective_bulk_modulus(*at, *air) for at in zip(medians, moduli, strict=True)]
+    return np.float64(np.mean(moduli))
+
+
+def _valve_coefficients(parameters: RunParameters, trajectory: Trajectory, run: int) -> Pair:
+    """K_c of each chamber: the edge that feeds it, clearances and K_e [m³/(s·Pa)].
+
+    Equal chambers share the edge of chamber 1, and the means of clearances and K_e.
+    """
+    valve, edges, external = parameters.valve, parameters.edges, _external(parameters)
+    null = null_position(trajectory.time, valve.null_offset, valve.null_drift)
+    spool = trajectory.spool_position[run] - null
+    supply, ret = trajectory.valve_supply_pressure[run], parameters.supply.return_pressure
+
+    def edge(feeding: Edge, drop: NDArray[np.float64]) -> float:
+        opening = np.maximum(_median_size(spool) - feeding.lap, 0.0)
+        gains = feeding.flow_gain, valve.area_gradient
+        return valve_flow_pressure_coefficient(opening, _median_size(drop), *gains)
+
+    pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
+    first = edge(edges.supply_1, chamber_1_orifice_drop(spool, pressure_1, supply, ret))
+    if not parameters.actuator.has_unequal_chambers:
+        shared = first + 0.5 * sum(edges.clearances) + 0.5 * sum(external)
+        return shared, shared
+    second = edge(edges.supply_2, chamber_2_orifice_drop(spool, pressure_2, supply, ret))
+    return first + edges.clearances[0] + external[0], second + edges.clearances[1] + external[1]
+
+
+def _conductance(leakage: LeakageConfig, difference: float, coefficient: float) -> float:
+    if not coefficient:
+        return 0.0
+    if leakage.law == "laminar":
+        return laminar_conductance(coefficient, leakage.laminar_reference)
+    if leakage.law == "blended":
+        return blended_conductance(difference, coefficient, leakage.blending_pressure)
+    return leakage_conductance(difference, coefficient)
+
+
+def _median_size(signal: Any) -> np.float64:
+    """Median of abs(signal): the bits of `numpy.median`, whose checks take longer than its arithmetic."""
+    size = np.abs(signal)
+    low, high = (size.size - 1) // 2, size.size // 2
+    size.partition((low, high, -1))  # NaN is last
+    return np.float64(0.5 * (size[low] + size[high]) if size[-1] == size[-1] else np.nan)
+
+
+def mean_external_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory) -> NDArray[np.float64]:
+    """Mean of q_el1 and q_el2 over the samples, shape (2, n_run) [m³/s]."""
+    pressures = trajectory.chamber_1_pressure, trajectory.chamber_2_pressure
+    means = np.array([pressure.mean(axis=1) for pressure in pressures])
+    return np.asarray(external_leakage_flow(means, np.transpose([_external(run) for run in runs])))
 
 
 def _opening(run: RunParameters, edge: Edge, travel: float) -> float:

@@ -112,9 +112,7 @@ def _mdf(content: str | BytesIO) -> Opened:
         record = group.channel_group
         times = None if master is None else partial(file.get_master, number)
         groups.append((str(getattr(record, "acq_name", "")), int(record.cycles_nr), times, channels))
-    start = file.header.start_time
-    since = (start if start.tzinfo else start.replace(tzinfo=UTC)).timestamp()
-    return _of_groups(groups, file.close, since)
+    return _of_groups(groups, file.close, _seconds(file.header.start_time))
 
 
 def _tdms(content: str | BytesIO) -> Opened:
@@ -167,13 +165,14 @@ def _hdf5(content: str | BytesIO) -> Opened:
             for field in table.dtype.names
         }
     clocks, since = dict[str, str](), math.nan
-    for time, (word, date) in _clocks_since(units):
-        units[time], since = word, date
-        clocks |= {
-            name: time
-            for name, each in datasets.items()
-            if name != time and each.shape[:1] == datasets[time].shape[:1]
-        }
+    split = [(name, *unit.partition(" since ")[::2]) for name, unit in units.items()]
+    # the first unit such as "seconds since 2026-01-31"
+    for time, word, date in [each for each in split if each[1] in _WORDS and each[2]][:1]:
+        with suppress(ValueError):
+            since, units[time] = _seconds(datetime.fromisoformat(date)), _WORDS[word]
+            n_time = datasets[time].shape[:1]
+            alike = [name for name, each in datasets.items() if name != time and each.shape[:1] == n_time]
+            clocks = dict.fromkeys(alike, time)
     return datasets, units, file.close, clocks, since
 
 
@@ -188,17 +187,9 @@ _WORDS = {
 """Units of NetCDF → those of this package."""
 
 
-def _clocks_since(units: Mapping[str, str]) -> list[tuple[str, tuple[str, float]]]:
-    """The name whose unit is such as ``seconds since 2026-01-31``, with its plain unit and that date."""
-    found = [(name, *unit.partition(" since ")[::2]) for name, unit in units.items()]
-    known = [(name, _WORDS[word], date) for name, word, date in found if word in _WORDS and date]
-    with suppress(ValueError):
-        starts = [(name, (word, datetime.fromisoformat(date))) for name, word, date in known[:1]]
-        return [
-            (name, (word, (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()))
-            for name, (word, at) in starts
-        ]
-    return []
+def _seconds(date: datetime) -> float:
+    """A date since 1970 [s], in UTC if it has no zone."""
+    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
 
 def _unpacked(dataset: Any) -> Any:

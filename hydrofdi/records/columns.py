@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.description import ChannelConfig, is_counts, known_unit, unit_mistake
 from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import Unit, parse_unit, similar_units, zero_of
@@ -73,16 +73,6 @@ class Table(Titled, ABC):
     """Columns of one file; `remarks` are findings."""
 
     remarks: tuple[Issue, ...] = ()
-
-    @property
-    def has_decimal_commas(self) -> bool:
-        """Whether numbers seem to have decimal commas, contrary to the description."""
-        return False
-
-    @property
-    def has_numbers(self) -> bool:
-        """Whether there are numbers or dates below the titles."""
-        return True
 
     def row_place(self, row: int) -> str:
         """A row, numbered from 0, for messages."""

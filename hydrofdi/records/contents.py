@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrofdi.records import Channel
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
-from hydrofdi.records.stuck import found_period
-from hydrofdi.settings.readable import readable_unit
+from hydrofdi.records import INFERRED_SAMPLING, Array, Channel, RecordBatch
+from hydrofdi.records.cutting import found_period
+from hydrofdi.settings.messages import readable_unit
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Table, plain
 from hydrofdi.units import convert, parse_unit

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.records.batch import Array, Channel, RecordBatch
+from hydrofdi.records import Array, Channel, RecordBatch
 
 _COMMANDS = (Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION)
 _MOST, _FEWEST, _PLACES = 1024, 64, 7

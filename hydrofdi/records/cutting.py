@@ -5,16 +5,60 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.columns import RejectionError
 from hydrofdi.records.description import CyclesConfig, SegmentConfig, TrimConfig
 from hydrofdi.records.recording import Recording
-from hydrofdi.records.stuck import Direction, drive_edges
 from hydrofdi.units import ABOVE, BELOW
+
+_BAND = 0.2
+"""Width of the band around the middle as a share of the range: noise does not cause an edge."""
+_LEAST_STEPS, _UNEVEN, _ALIKE = 3, 0.05, 0.8
+"""Of a period: least distances between edges, their largest spread, and least correlation one period on."""
+Direction = Literal["rising", "falling", "both"]
+_WANTED = {"rising": (1,), "falling": (-1,), "both": (1, -1)}
+
+
+def drive_edges(
+    samples: Array, drive: tuple[float, float], direction: Direction, side: int = 0
+) -> tuple[NDArray[np.intp], int]:
+    """First sample beyond the band around the middle after each change of side, and the last side.
+
+    A side is 1 above the band, −1 below it, 0 if unknown; `drive` is the lowest and highest value of the
+    channel.
+    """
+    low, high = drive
+    middle, half = (low + high) / 2.0, ABOVE * _BAND * (high - low) / 2.0
+    sides = np.concatenate([[side], 1 * (samples > middle + half) - (samples < middle - half)])
+    decided = np.flatnonzero(sides)
+    if not decided.size:
+        return decided, side
+    # Samples inside the band are skipped, so noise at the middle makes no edge.
+    changes = decided[1:][np.diff(sides[decided]) != 0]
+    return changes[np.isin(sides[changes], _WANTED[direction])] - 1, int(sides[decided[-1]])
+
+
+def found_period(batch: RecordBatch, row: int = 0) -> float | None:
+    """Period of the drive of a record [s]: the one that is known, or that of u; None if it has none.
+
+    The rising edges of u are even, and u repeats from one to the next. It is rounded to half a sample.
+    """
+    u = batch.channels.get(Channel.INPUT_VOLTAGE)
+    if batch.drive_period is not None or u is None or not np.isfinite(samples := u[row]).all():
+        return batch.drive_period
+    steps = np.diff(drive_edges(samples, (float(samples.min()), float(samples.max())), "rising")[0])
+    if steps.size < _LEAST_STEPS or np.ptp(steps) > max(2.0, _UNEVEN * steps.mean()):
+        return None
+    lag = round(float(steps.mean()))
+    # Even edges alone could be chance; the whole signal must repeat.
+    is_repeated = np.corrcoef(samples[:-lag], samples[lag:])[0, 1] > _ALIKE
+    return round(2.0 * float(steps.mean())) / (2.0 * batch.sampling_frequency) if is_repeated else None
 
 
 def edges(samples: Array, direction: Direction) -> list[int]:

@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from hydrofdi.records.batch import Array, Channel, RecordBatch
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.messages import shown_quantity
 from hydrofdi.settings.quantities import SI, Section, field_quantity
-from hydrofdi.settings.readable import shown_quantity
 
 
 @dataclass(frozen=True)

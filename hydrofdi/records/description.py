@@ -11,11 +11,11 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.data_sheet import StatedMachine
+from hydrofdi.settings.files import Source
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.yaml_source import Source
 from hydrofdi.units import Unit, parse_unit, similar_units
 
 Duration = Annotated[float, SI("s", above=0.0)]

@@ -12,13 +12,12 @@ from itertools import product
 from pathlib import Path
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.columns import Table, channel_named
-from hydrofdi.records.dates import instant
 from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.long import last_part
-from hydrofdi.records.opening import open_table
-from hydrofdi.records.text import TextTable
+from hydrofdi.records.files import open_table
+from hydrofdi.records.text import TextTable, last_part
+from hydrofdi.records.times import instant
 
 _SUGGESTED = {
     Channel.CHAMBER_1_PRESSURE: "druck a, druck 1, pressure a, kammerdruck a, kammerdruck 1, pression a"

@@ -9,7 +9,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk, State
 
 _WAIT, _MOST = 2.0, 4096

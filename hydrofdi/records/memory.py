@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from hydrofdi.errors import DataError
 from hydrofdi.records import Channel
 from hydrofdi.records.columns import channel_called, channel_named, channels_named, find_column, split_title
-from hydrofdi.records.dates import instant, is_dated
 from hydrofdi.records.source import HeldSource, MemoryTable, held_source
-from hydrofdi.records.times import counts_samples, named_time
+from hydrofdi.records.times import counts_samples, instant, is_dated, named_time
 from hydrofdi.settings.arguments import Names, refusal
 from hydrofdi.settings.messages import counted
 

@@ -10,14 +10,19 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel
+from hydrofdi.records import INFERRED_SAMPLING, Array, Channel
 from hydrofdi.records.columns import ReadColumn, RejectionError, Table, columns_of, unknown_header_unit
-from hydrofdi.records.dates import FIRST_DATE, LAST_DATE
 from hydrofdi.records.description import MeasuredConfig, is_counts
-from hydrofdi.records.evenness import sampling_of_times
-from hydrofdi.records.times import contradicting_times, counts_samples, require_seconds, time_column
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import shown_quantity
+from hydrofdi.records.times import (
+    FIRST_DATE,
+    LAST_DATE,
+    contradicting_times,
+    counts_samples,
+    require_seconds,
+    sampling_of_times,
+    time_column,
+)
+from hydrofdi.settings.messages import counted, shown_quantity
 from hydrofdi.units import gauge_unit
 
 _FEWER = 0.99

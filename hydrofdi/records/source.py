@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
-from hydrofdi.records.batch import Array, Channel, RecordBatch, RejectedRecord
+from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.columns import RejectionError, Table
 from hydrofdi.records.cutting import (
     cycles_of,
@@ -26,7 +26,6 @@ from hydrofdi.records.cutting import (
     short_stroke,
     trimmed,
 )
-from hydrofdi.records.dates import instant
 from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.description import (
     OF_STREAMS,
@@ -36,11 +35,11 @@ from hydrofdi.records.description import (
     names_of_path,
     path_pattern,
 )
-from hydrofdi.records.headers import completed, suggested_description
-from hydrofdi.records.opening import open_table
+from hydrofdi.records.files import open_table
+from hydrofdi.records.proposals import completed, suggested_description
 from hydrofdi.records.recording import Recording, recording_of
-from hydrofdi.settings.validation import read_yaml, validated
-from hydrofdi.settings.yaml_source import Source
+from hydrofdi.records.times import instant
+from hydrofdi.settings.files import Source, read_yaml, validated
 
 MOST_SAMPLES = 2**22
 """Most samples, over all channels, of a batch with more than one record: 32 MiB."""
@@ -408,10 +407,9 @@ def matching_files(folder: Path, pattern: str) -> list[Path]:
 
 def in_natural_order(paths: Iterable[Path]) -> list[Path]:
     """Paths in natural order: numbers in them are sorted by value."""
-    return sorted(paths, key=lambda path: _natural(path.as_posix()))
+    return sorted(paths, key=lambda path: (_natural(path.as_posix()), path.as_posix()))
 
 
-def _natural(text: str) -> tuple[list[tuple[str, int]], str]:
-    pieces = _DIGITS.split(text)
-    numbers = [int(piece) for piece in pieces[1::2]] + [0]
-    return list(zip(pieces[::2], numbers, strict=True)), text
+def _natural(text: str) -> list[int | str]:
+    """Texts and, at odd positions, the numbers between them."""
+    return [int(piece) if n % 2 else piece for n, piece in enumerate(_DIGITS.split(text))]

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.evenness import other_unit, uneven_window
-from hydrofdi.records.stuck import Direction, drive_edges, frozen_time, must_change
+from hydrofdi.records import Array, Channel
+from hydrofdi.records.cutting import Direction, drive_edges
+from hydrofdi.records.defects import frozen_time, must_change
+from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings.messages import counted
 
 _FARTHEST = 1e11

@@ -1,4 +1,4 @@
-"""Delimited text of loggers, read in blocks."""
+"""Delimited text of loggers, read in blocks, and tables with a row for each value."""
 
 from __future__ import annotations
 
@@ -16,15 +16,14 @@ from itertools import chain, dropwhile, islice
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array
-from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named
-from hydrofdi.records.dates import Instant, is_dated, since_first
-from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.reading import Reading
-from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, RowReader, require_text, runs, wrong_encoding
-from hydrofdi.records.times import titles_of_time
+from hydrofdi.records import Array
+from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, channel_named, damage_named
+from hydrofdi.records.description import FormatConfig, LongConfig
+from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, Reading, RowReader, require_text, runs, wrong_encoding
+from hydrofdi.records.times import Instant, is_dated, since_first, titles_of_time
 
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26
@@ -208,8 +207,7 @@ class TextTable(Table):
 
     def texts(self, position: int) -> list[str]:
         """All cells of a column, of rows that are not cut off."""
-        lines = (line for _, block in self._row_blocks() for line in block if not self._rows.is_empty(line))
-        rows = (self._rows.cells([line])[0] for line in lines)
+        rows = (self._rows.cells([line])[0] for _, line in self._row_lines())
         return [cells[position].strip() for cells in rows if len(cells) >= max(1, self._usual)]
 
     def load(self, positions: Sequence[int]) -> None:
@@ -268,14 +266,15 @@ class TextTable(Table):
 
     def row_place(self, row: int) -> str:
         """File and line of a row, and of the first line for -1."""
-        lines = (
-            line
-            for number, block in self._row_blocks()
-            for line, text in enumerate(block, number)
-            if not self._rows.is_empty(text)
+        numbers = (number for number, _ in self._row_lines())
+        return (
+            f"{self.place}:{self._lines[0] if row < 0 else next(islice(numbers, row, None), self._lines[-1])}"
         )
-        line = self._lines[0] if row < 0 else next(islice(lines, row, None), self._lines[-1])
-        return f"{self.place}:{line}"
+
+    def _row_lines(self) -> Iterator[tuple[int, str]]:
+        """Lines of rows with their numbers."""
+        for number, block in self._row_blocks():
+            yield from (each for each in enumerate(block, number) if not self._rows.is_empty(each[1]))
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
@@ -304,3 +303,78 @@ class TextTable(Table):
 
     def _place(self, row: int) -> str:
         return f"{self.place}:{self._lines[row]}"
+
+
+_WINCC = ("VarName", "Time_ms", "Time_ms [µexceldays]")
+"""Columns of WinCC: its ``Time_ms`` counts millionths of a day from 1899-12-30."""
+
+
+class LongTable(Table):
+    """The columns of a text whose rows have a name and a value: those of each name, with their own times.
+
+    Titles are the names, then the columns beside name and value, once for each name. A name is that behind
+    its last point or slash, if that is one of a channel.
+    """
+
+    def __init__(self, text: TextTable, form: LongConfig) -> None:
+        self.place, self._text = text.place, text
+        self._name, self._value = text.find(form.name), text.find(form.value)
+        names = np.array(text.texts(self._name))
+        found, counts = np.unique(names, return_counts=True)
+        ordered = [str(name) for name in found[np.argsort(-counts, kind="stable")]]
+        self._read: dict[int, Array] = {}
+        self._times: dict[int, tuple[Array, float]] = {}
+        self._rows = [np.flatnonzero(names == name) for name in ordered]
+        self._beside = [n for n in range(len(text.titles)) if n not in (self._name, self._value)]
+        titles = text.titles
+        if _WINCC[0] in titles:
+            titles = [_WINCC[2] if title == _WINCC[1] else title for title in titles]
+        beside = [titles[n] for n in self._beside]
+        later = [f"{title} of {name}" for name in ordered[1:] for title in beside]
+        self.titles = [*map(last_part, ordered), *beside, *later]
+        self._n_name = len(ordered)
+        self.remarks = text.remarks
+
+    def is_dated(self, position: int) -> bool:
+        """Whether a column contains dates."""
+        return position >= self._n_name and self._text.is_dated(self._origin(position)[0])
+
+    def clocks(self, time: int | None = None) -> dict[int, int]:
+        """Position of each name → its column like the column `time` of the most frequent name."""
+        if time is None:
+            return {}
+        offset = time - self._n_name
+        return {n: self._n_name + n * len(self._beside) + offset for n in range(self._n_name)}
+
+    def numbers(self, position: int) -> Array:
+        """Values of a name, or of a column beside it."""
+        origin, rows = self._origin(position)
+        if origin not in self._read:
+            self._read[origin] = self._text.numbers(origin)
+        if self._read[origin].size != sum(map(len, self._rows)):
+            raise DataError(f"{self.place}: rows are cut off")
+        return self._read[origin][rows]
+
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Instants of a name, and the first date of the file."""
+        origin, rows = self._origin(position)
+        if origin not in self._times:
+            self._times[origin] = self._text.instants(origin)
+        times, since = self._times[origin]
+        return times[rows], since
+
+    def date_by(self, position: int, form: str, date: int | None) -> None:
+        """Read dates in a stated format."""
+        self._text.date_by(self._origin(position)[0], form, None if date is None else self._origin(date)[0])
+
+    def _origin(self, position: int) -> tuple[int, NDArray[np.intp]]:
+        if position < self._n_name:
+            return self._value, self._rows[position]
+        number, column = divmod(position - self._n_name, len(self._beside))
+        return self._beside[column], self._rows[number]
+
+
+def last_part(name: str) -> str:
+    """What stands behind the last point or slash of a name, if that is the name of a channel."""
+    last = name.replace("/", ".").rpartition(".")[2].strip("'\" ")
+    return last if channel_named(last, "") else name

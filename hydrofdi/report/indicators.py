@@ -18,7 +18,7 @@ from hydrofdi.indicators.contract import Output
 from hydrofdi.report.document import Block
 from hydrofdi.report.runs import Array, of_healthy
 from hydrofdi.report.wording import span_text
-from hydrofdi.settings.readable import HOLE, readable_unit
+from hydrofdi.settings.messages import HOLE, readable_unit
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table, group_breaks, plain

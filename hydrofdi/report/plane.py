@@ -17,7 +17,7 @@ from hydrofdi.report.document import Block
 from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import Array
 from hydrofdi.report.wording import signed
-from hydrofdi.settings.readable import number_text
+from hydrofdi.settings.messages import number_text
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table

@@ -20,7 +20,7 @@ from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.runs import Array, baseline_changes
 from hydrofdi.report.wording import litres_per_minute, shown_modulus, signed, with_minus
-from hydrofdi.settings.readable import HOLE, K_I_UNIT, typeset
+from hydrofdi.settings.messages import HOLE, K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table, finite, numbers

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
-from hydrofdi.settings.readable import HOLE
+from hydrofdi.settings.messages import HOLE
 from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column
 from hydrofdi.units import convert

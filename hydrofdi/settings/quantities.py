@@ -17,12 +17,18 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaH
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
-from hydrofdi.settings.messages import out_of_range
-from hydrofdi.settings.readable import written_units
+from hydrofdi.settings.messages import out_of_range, written_units
 from hydrofdi.units import parse_quantity
 
 _BARE = re.compile(r"\s*[-+]?[\d_.]+([eE][-+]?\d+)?\s*")
 """A number without a unit."""
+
+SUPPLY_PRESSURE = ("0.1 MPa", "150 MPa")
+RETURN_PRESSURE = ("1 kPa", "20 MPa")
+POSITION = ("1 µm", "10 m")
+SPOOL_POSITION = ("1 µm", "50 mm")
+VOLTAGE = ("10 mV", "1 kV")
+"""Usual lowest and highest values, far apart."""
 
 _TEXT = json.JSONEncoder(sort_keys=True, separators=(",", ":"))
 

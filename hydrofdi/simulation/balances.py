@@ -7,7 +7,7 @@ contain the errors of simulation and sampling. If every step is sampled, only th
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.compilation.symbols import each, local, when
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.cylinder import end_stop_force
-from hydrofdi.simulation.kernels.hydraulics import (
+from hydrofdi.simulation.hydraulics import (
     LaneParameters,
     State,
     bulk_modulus_at,
@@ -28,7 +28,7 @@ from hydrofdi.simulation.kernels.hydraulics import (
     position_in_cylinder,
     support_velocity,
 )
-from hydrofdi.simulation.kernels.lanes import HIDDEN, ModelOptions, pack_singles, positions_by
+from hydrofdi.simulation.lanes import HIDDEN, ModelOptions, pack_singles, positions_by
 
 Signal = NDArray[np.float64]
 
@@ -97,17 +97,10 @@ class Trajectory:
     outcomes: tuple[Outcome, ...]
     oil_temperature: Signal | None = None
 
-    def rows(self, positions: Sequence[int]) -> Trajectory:
-        """Runs at some positions, in the given order."""
-        index = np.asarray(positions)
-        names = (field.name for field in fields(self) if field.name not in ("time", "outcomes"))
-        signals: dict[str, Any] = {name: signal[index] for name, signal in self.signals(names).items()}
-        return replace(self, **signals, outcomes=tuple(self.outcomes[k] for k in positions))
-
     def signals(self, names: Iterable[str]) -> dict[str, Signal]:
         """Signals by their names, without the oil temperature if there is none."""
-        found = {name: getattr(self, name) for name in names}
-        return {name: signal for name, signal in found.items() if signal is not None}
+        own = {name: getattr(self, name) for name in names}
+        return {name: signal for name, signal in own.items() if signal is not None}
 
     @property
     def line_1_pressure(self) -> Signal:
@@ -126,8 +119,7 @@ class Trajectory:
         return mean
 
 
-@dataclass(frozen=True)
-class BalanceResiduals:
+class BalanceResiduals(NamedTuple):
     """Relative residuals of the volume and energy balances, each of shape (n_run,).
 
     Attributes
@@ -145,9 +137,10 @@ class BalanceResiduals:
 
 
 _ACCOUNTED = (
-    "spool_position", "load_force", "piston_position", "piston_velocity", "chamber_1_pressure",
-    "chamber_2_pressure", "valve_supply_pressure", "bristle_deflection", "hidden_states",
+    "piston_position", "piston_velocity", "chamber_1_pressure", "chamber_2_pressure",
+    "valve_supply_pressure", "bristle_deflection", "spool_position", "load_force",
 )  # fmt: skip
+"""The states of a run that results store, then its spool and load."""
 
 
 def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> BalanceResiduals:
@@ -157,13 +150,10 @@ def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> 
     for options, members in positions_by(map(ModelOptions.of, runs)).items():
         rows = slice(None) if len(members) == len(runs) else members  # no copies
         part = np.zeros((len(members), 4))
-        spool, load, position, velocity, pressure_1, pressure_2, supply, bristle, hidden = (
-            np.ascontiguousarray(getattr(trajectory, name)[rows]) for name in _ACCOUNTED
-        )
-        integrate_balances(
-            singles[rows], spool, load, position, velocity, pressure_1, pressure_2, supply, bristle, hidden,
-            1.0 / runs[0].record.sampling_frequency, options, part,
-        )  # fmt: skip
+        signals = np.array([getattr(trajectory, name)[rows] for name in _ACCOUNTED])
+        hidden = np.ascontiguousarray(trajectory.hidden_states[rows])
+        interval = 1.0 / runs[0].record.sampling_frequency
+        integrate_balances(singles[rows], signals, hidden, interval, options, part)
         totals[members] = part
     # Diverged runs, and runs without flow, give infinity or NaN without a warning.
     with np.errstate(all="ignore"):
@@ -262,14 +252,7 @@ def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float
 @recorded_kernel
 def integrate_balances(
     parameters: NDArray[Any],
-    spool_position: NDArray[np.float64],
-    load: NDArray[np.float64],
-    position: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    pressure_1: NDArray[np.float64],
-    pressure_2: NDArray[np.float64],
-    supply: NDArray[np.float64],
-    bristle: NDArray[np.float64],
+    signals: NDArray[np.float64],
     hidden: NDArray[np.float64],
     interval: float,
     options: ModelOptions,
@@ -280,8 +263,8 @@ def integrate_balances(
     Parameters
     ----------
     parameters : ndarray of SINGLE, shape (n_run,)
-    spool_position, load, position, velocity, pressure_1, pressure_2, supply, bristle : ndarray
-        The samples, in SI, shape (n_run, n_time).
+    signals : ndarray, shape (8, n_run, n_time)
+        Samples of `_ACCOUNTED`, in SI.
     hidden : ndarray, shape (n_run, n_state, n_time)
         Those of the hidden states that the options need.
     interval : float
@@ -295,17 +278,17 @@ def integrate_balances(
     # Trapezoidal rule: half the interval times the sum of its ends.
     half = 0.5 * interval
     state_before, rates_before, held = local(len(State._fields)), local(len(AccountRates._fields)), local(1)
-    for run in each(position.shape[0]):
+    *states, spool_position, load = range(len(_ACCOUNTED))
+    for run in each(signals.shape[1]):
         total = totals[run]
-        for k in each(position.shape[1]):
+        for k in each(signals.shape[2]):
             p = lane_parameters(parameters[run], 0, k * interval, k * interval, options)
-            shown = (position, velocity, pressure_1, pressure_2, supply, bristle)
             hides = [
                 hidden[run, index, k] if getattr(options, option) else 0.0
                 for index, option in enumerate(HIDDEN.values())
             ]
-            z = State(*(signal[run, k] for signal in shown), *hides)
-            after = account_rates(z, spool_position[run, k], p, options)
+            z = State(*(signals[index, run, k] for index in states), *hides)
+            after = account_rates(z, signals[spool_position, run, k], p, options)
             holds = held_energy(z, p, options)
             y = State(*map(state_before.__getitem__, range(len(z))))
             before = AccountRates(*map(rates_before.__getitem__, range(len(after))))
@@ -322,7 +305,7 @@ def integrate_balances(
                 )
                 travel = z.position - y.position
                 # The load is held from the sample before.
-                work_on_load = load[run, k - 1] * travel
+                work_on_load = signals[load, run, k - 1] * travel
                 stored = half * (before.stored_volume + after.stored_volume)
                 relative = position_in_cylinder(z, options) - position_in_cylinder(y, options)
                 # (5) integrated over an interval; (6) is subtracted below.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,19 +11,21 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.config.sections.machine import ActuatorConfig
 from hydrofdi.simulation.balances import Outcome, Signal, Trajectory
-from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap, steps_per_control
-from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
-from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import (
+from hydrofdi.simulation.hydraulics import lane_parameters, leakage_of
+from hydrofdi.simulation.inputs import Chunk, Inputs
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import (
     HIDDEN,
     N_PAPER_SAMPLED,
     SAMPLED,
     WIDTH,
     ModelOptions,
+    lane_groups,
     pack_lanes,
     pack_singles,
     positions_by,
 )
+from hydrofdi.simulation.sensing import LaggedRuns, Measurement, steps_per_control
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 5000, 64_000
 """Approximate number of steps of a chunk, and of spool steps in it, so that a chunk fits the cache."""
@@ -34,6 +35,8 @@ _STRETCH_STEPS = 500
 
 ABSURD_PRESSURE_RATIO = 100.0
 """Ratio of pressure to supply pressure above which a run has diverged, even if it is finite."""
+
+_SUPPORT = list(HIDDEN).index("support")
 
 _CLOSE_TO_STOP = 0.98
 """Fraction of V/A beyond which the piston has left a cylinder without a stated stroke: a chamber volume is
@@ -48,14 +51,25 @@ ROWS = {
     "valve_supply_pressure": "supply",
     "line_1_pressure": "line_pressure_1",
     "line_2_pressure": "line_pressure_2",
+    "bristle_deflection": "bristle",
     "input_voltage": "voltage",
     "spool_position": "spool_position",
+    **{name: name for name in HIDDEN},
 }
 """Signal of a trajectory → its row in the samples."""
 
+_OPTION_OF = {
+    "valve_supply_pressure": "moving_supply",
+    "bristle_deflection": "bristles",
+    "load_force": "load_force",
+    "reference_position": "closed_loop",
+    **HIDDEN,
+}
+"""Signal of a trajectory → the option of the model without which it is constant."""
+
 
 def simulate_batch(
-    runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], tap: Tap | None = None
+    runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], tap: Measurement | None = None
 ) -> Trajectory:
     """Simulate runs in parallel lanes. The signals of a run do not depend on the others.
 
@@ -65,7 +79,7 @@ def simulate_batch(
         At least one; all with the same ``run`` section. Their own leakage settings are ignored.
     leakage_coefficients : sequence of float
         K_i of each run [m^3.5/kg^0.5].
-    tap : Tap, optional
+    tap : Measurement, optional
         Reads some of the runs at every step, at no cost for the others. It does not change signals, except by
         the noise that controllers read (``control.feedback``).
 
@@ -85,34 +99,34 @@ def simulate_batch(
         from hydrofdi.simulation.foreign import simulate_foreign  # only an experiment with an FMU loads FMPy
 
         return simulate_foreign(runs, leakage_coefficients, tap)
-    inputs = Inputs(runs, runs[0].record, tap)
-    kernels = ((ModelOptions.of(run), steps_per_control(run) if run.control.is_closed else 1) for run in runs)
+    record, inputs = runs[0].record, Inputs(runs, runs[0].record, reads_noise=tap is not None)
+    kernels = (
+        (
+            ModelOptions.of(run),
+            steps_per_control(run) if run.control.is_closed else 1,
+            tap is not None and tap.wants(k),
+        )
+        for k, run in enumerate(runs)
+    )
     blocks = [
-        _Block(options, control_interval, members, runs, leakage_coefficients, inputs, reader)
-        for (options, control_interval), group in positions_by(kernels).items()
-        for members, reader in _members_of_blocks(group, tap)
+        _Block(options, every, members, runs, leakage_coefficients, inputs, tap if is_read else None)
+        for (options, every, is_read), members in lane_groups(kernels)
     ]
-    signals = _Signals(runs, inputs)
-    for window, chunk in chunks(inputs, runs[0].record):
+    signals = _Signals(runs)
+    for window, chunk in chunks(inputs, record):
+        sampled = chunk.part(slice(None, None, record.steps_per_sample))
         for block in blocks:
             samples = block.advance(chunk, window.start)
-            signals.keep(block, window, chunk, samples)
+            for name, values in signals.moving.items():
+                own = block.signal(sampled, samples, name)[:, : len(block.members)]
+                values[block.members, window] = own.T
     return signals.trajectory(leakage_coefficients)
 
 
-def _members_of_blocks(group: list[int], tap: Tap | None) -> Iterator[tuple[list[int], Reader | None]]:
-    """Members of each block of a group of runs, and their reader if every step is read."""
-    read = {k for k in group if tap.wants(k)} if tap else set()
-    for members in _up_to_width([k for k in group if k not in read]):
-        yield members, None
-    if tap:
-        for members in _up_to_width(sorted(read)):
-            yield members, tap.reader(members)
-
-
-def _up_to_width(positions: list[int]) -> Iterator[list[int]]:
-    for first in range(0, len(positions), WIDTH):
-        yield positions[first : first + WIDTH]
+def measured_batch(runs: Sequence[RunParameters], coefficients: Sequence[float]) -> Trajectory:
+    """What the sensors of runs with these leakage coefficients show [SI]."""
+    sensors = Measurement(runs)
+    return sensors.show(simulate_batch(runs, coefficients, tap=sensors))
 
 
 def chunks(inputs: Inputs, record: RecordConfig) -> Iterator[tuple[slice, Chunk]]:
@@ -136,23 +150,18 @@ class _Block:
         runs: Sequence[RunParameters],
         leakage_coefficients: Sequence[float],
         inputs: Inputs,
-        reader: Reader | None,
+        tap: Measurement | None,
     ) -> None:
         self.options, self.members = options, members
-        self.columns, self.loads = inputs.column_of_run[members], inputs.load_of_run[members]
         self._runs = [runs[k] for k in members]
         self._record, self._steps_per_control = self._runs[0].record, steps_per_control
         self._lanes = pack_lanes(self._runs, [leakage_coefficients[k] for k in members])
-        self._column_of_lane, self._load_of_lane = (
-            np.resize(self.columns, WIDTH),
-            np.resize(self.loads, WIDTH),
-        )
-        self._shares_drive = int(len(set(self.columns.tolist())) == 1)
+        self._column_of_lane = np.resize(inputs.column_of_run[members], WIDTH)
+        self._load_of_lane = np.resize(inputs.load_of_run[members], WIDTH)
+        self._shares_drive = int(len(set(self._column_of_lane.tolist())) == 1)
         self._n_row = len(SAMPLED) if options.samples_more else N_PAPER_SAMPLED
-        self._reader, self._rated_supply = (
-            reader,
-            np.resize([runs[k].supply.pressure for k in members], WIDTH),
-        )
+        self._rated_supply = np.resize([run.supply.pressure for run in self._runs], WIDTH)
+        self._reader = tap.reader(members) if tap else None
 
     def advance(self, chunk: Chunk, first_sample: int) -> NDArray[np.float64]:
         """Samples (n_sample, n_row, WIDTH) over a chunk."""
@@ -161,9 +170,9 @@ class _Block:
             return self._samples(chunk, first_step, per_sample)
         samples = np.empty((len(chunk.loads) // per_sample, self._n_row, WIDTH))
         for first in range(0, len(chunk.loads), _STRETCH_STEPS):
-            stretch = chunk.part(first, first + _STRETCH_STEPS)
+            stretch = chunk.part(slice(first, first + _STRETCH_STEPS))
             states = self._samples(stretch, first_step + first, 1)
-            self._reader(first_step + first, partial(self._signal, stretch, states, first_step + first))
+            self._read(self._reader, first_step + first, stretch, states)
             # From the first sample at or after the start; a stretch need not begin with one.
             samples[-(-first // per_sample) : -(-(first + len(states)) // per_sample)] = states[
                 -first % per_sample :: per_sample
@@ -180,101 +189,75 @@ class _Block:
         )  # fmt: skip
         return samples
 
-    def _signal(
-        self, chunk: Chunk, states: NDArray[np.float64], first_step: int, name: str
-    ) -> NDArray[np.float64]:
-        """A signal at every step of a chunk, by its name in a trajectory: shape (n_step, WIDTH)."""
-        if name == "oil_temperature":
-            time = self._record.step * np.arange(first_step, first_step + len(states), dtype=np.float64)
-            return np.column_stack([run.fluid.temperature_at(time) for run in self._runs])
+    def _read(self, reader: LaggedRuns, first_step: int, chunk: Chunk, states: NDArray[np.float64]) -> None:
+        """Show a reader every step of a chunk."""
+
+        def signal(name: str) -> NDArray[np.float64]:
+            if name == "oil_temperature":
+                time = self._record.step * np.arange(first_step, first_step + len(states), dtype=np.float64)
+                return np.column_stack([run.fluid.temperature_at(time) for run in self._runs])
+            return self.signal(chunk, states, name)
+
+        reader(first_step, signal)
+
+    def signal(self, chunk: Chunk, states: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+        """A signal at the steps of a chunk, by its name in a trajectory: shape (n_step, WIDTH)."""
+        if name in _OPTION_OF and not getattr(self.options, _OPTION_OF[name]):
+            if name == "valve_supply_pressure":
+                return np.broadcast_to(self._rated_supply, (len(states), WIDTH))
+            return np.full((len(states), WIDTH), np.nan if name == "reference_position" else 0.0)
+        if name == "load_force":
+            return chunk.loads[:, self._load_of_lane]
+        if name == "reference_position":
+            return chunk.references[:, 0, self._column_of_lane]
         if not self.options.closed_loop and name == "input_voltage":
             return chunk.voltage[:, self._column_of_lane]
         if not self.options.closed_loop and name == "spool_position":
             return chunk.stages[:, 0, self._column_of_lane]
-        if not self.options.moving_supply and name == "valve_supply_pressure":
-            return np.broadcast_to(self._rated_supply, (len(states), WIDTH))
         return states[:, SAMPLED.index(ROWS[name])]
 
 
-_SUPPORT = list(HIDDEN).index("support")
-
-
 class _Signals:
-    """The sampled signals of a batch, filled window by window."""
+    """The sampled signals of a batch; those that move are filled window by window."""
 
-    def __init__(self, runs: Sequence[RunParameters], inputs: Inputs) -> None:
+    def __init__(self, runs: Sequence[RunParameters]) -> None:
         self._runs = runs
         shape = len(runs), runs[0].record.n_sample
         options = [ModelOptions.of(run) for run in runs]
+        moves = {name: any(getattr(own, option) for own in options) for name, option in _OPTION_OF.items()}
+        hidden = np.zeros((shape[0], len(HIDDEN) * any(moves[name] for name in HIDDEN), shape[1]))
+        # The states lie together, as `outcome_of` takes them.
         self._states = np.empty((N_PAPER_SAMPLED, *shape))
-        self._voltage, self._spool = np.empty((2, *shape))
-        supply = np.array([run.supply.pressure for run in runs])
-        self._supply = _held(supply, any(o.moving_supply for o in options), shape)
-        self._bristle = _held(np.zeros(len(runs)), any(o.bristles for o in options), shape)
-        hides = any(getattr(o, option) for o in options for option in HIDDEN.values())
-        self._hidden = np.zeros((shape[0], hides * len(HIDDEN), shape[1]))
-        self._load = _held(np.zeros(len(runs)), any(o.load_force for o in options), shape)
-        self._reference = _held(np.full(len(runs), np.nan), bool(inputs.is_closed.any()), shape)
-
-    def keep(self, block: _Block, window: slice, chunk: Chunk, samples: NDArray[np.float64]) -> None:
-        """Store the samples of a block."""
-        members, options = block.members, block.options
-        rows = samples[:, :, : len(members)].transpose(1, 2, 0)
-        every = slice(None, None, self._runs[0].record.steps_per_sample)
-        self._states[:, members, window] = rows[:N_PAPER_SAMPLED]
-        if options.moving_supply:
-            self._supply[members, window] = rows[SAMPLED.index("supply")]
-        if options.bristles:
-            self._bristle[members, window] = rows[SAMPLED.index("bristle")]
-        for index, (name, option) in enumerate(HIDDEN.items()):
-            if getattr(options, option):
-                self._hidden[members, index, window] = rows[SAMPLED.index(name)]
-        if options.load_force:
-            self._load[members, window] = chunk.loads[every, block.loads].T
-        if options.closed_loop:
-            self._voltage[members, window] = rows[SAMPLED.index("voltage")]
-            self._spool[members, window] = rows[SAMPLED.index("spool_position")]
-            self._reference[members, window] = chunk.references[every, 0, block.columns].T
-        else:
-            self._voltage[members, window] = chunk.voltage[every, block.columns].T
-            self._spool[members, window] = chunk.stages[every, 0, block.columns].T
+        moving = dict(zip(ROWS, self._states, strict=False))
+        moving |= {name: np.empty(shape) for name in ("input_voltage", "spool_position")}
+        constant = {
+            "valve_supply_pressure": np.array([run.supply.pressure for run in runs])[:, None],
+            "reference_position": np.array(np.nan),
+            "bristle_deflection": np.array(0.0),
+            "load_force": np.array(0.0),
+        }
+        whole = {name: np.broadcast_to(values, shape) for name, values in constant.items()}
+        moving |= {name: values.copy() for name, values in whole.items() if moves[name]}
+        self._signals = whole | moving | {"hidden_states": hidden}
+        self.moving = moving | {name: hidden[:, k] for k, name in enumerate(HIDDEN) if moves[name]}
 
     def trajectory(self, leakage_coefficients: Sequence[float]) -> Trajectory:
         """Trajectory with all signals and derived quantities."""
-        record = self._runs[0].record
+        record, hidden = self._runs[0].record, self._signals["hidden_states"]
         position, velocity, pressure_1, pressure_2 = self._states
+        if hidden.size:
+            position = position - hidden[:, _SUPPORT]
         time = np.arange(record.n_sample) / record.sampling_frequency
         return Trajectory(
             time=time,
-            input_voltage=self._voltage,
-            reference_position=self._reference,
-            load_force=self._load,
-            spool_position=self._spool,
-            piston_position=position,
-            piston_velocity=velocity,
-            chamber_1_pressure=pressure_1,
-            chamber_2_pressure=pressure_2,
-            valve_supply_pressure=self._supply,
-            bristle_deflection=self._bristle,
-            hidden_states=self._hidden,
             leakage_coefficient=np.array(leakage_coefficients, dtype=float),
             internal_leakage_flow=leakage_signal(
-                self._runs,
-                leakage_coefficients,
-                time,
-                pressure_1 - pressure_2,
-                position - self._hidden[:, _SUPPORT] if self._hidden.size else position,
-                velocity,
+                self._runs, leakage_coefficients, time, pressure_1 - pressure_2, position, velocity
             ),
             outcomes=tuple(outcome_of(run, self._states[:, k]) for k, run in enumerate(self._runs)),
             oil_temperature=oil_temperatures(self._runs, time),
+            **self._signals,
         )
-
-
-def _held(values: Signal, moves: bool, shape: tuple[int, int]) -> Signal:
-    """A constant signal with the given values (n_run,); writable if it varies."""
-    held = np.broadcast_to(values[:, None], shape)
-    return held.copy() if moves else held
 
 
 def oil_temperatures(runs: Sequence[RunParameters], time: Signal) -> Signal | None:

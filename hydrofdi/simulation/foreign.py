@@ -17,17 +17,11 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.plant import OUTPUTS
 from hydrofdi.engine import TIME_LIMIT, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
-from hydrofdi.fmi.instance import Instance, PlantError, instance_of
+from hydrofdi.fmi.fmu import Instance, PlantError, instance_of
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.simulation.balances import Outcome, Trajectory
-from hydrofdi.simulation.inputs import (
-    Tap,
-    input_voltage,
-    load_force,
-    position_reference,
-    reading_errors,
-    steps_per_control,
-)
+from hydrofdi.simulation.inputs import input_voltage, load_force, position_reference
+from hydrofdi.simulation.sensing import Measurement, feedback_noise, reading_errors, steps_per_control
 
 Signals = dict[str, NDArray[np.float64]]
 """Name of a signal → its values at communication points."""
@@ -44,7 +38,7 @@ class Asked:
 
 
 def simulate_foreign(
-    runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], tap: Tap | None = None
+    runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], tap: Measurement | None = None
 ) -> Trajectory:
     """Simulate runs on their FMUs; the arguments are those of `simulate_batch`.
 
@@ -53,7 +47,7 @@ def simulate_foreign(
     """
     record, asked = runs[0].record, []
     for k, (run, coefficient) in enumerate(zip(runs, leakage_coefficients, strict=True)):
-        noise, every_step = (tap.feedback_noise(k), tap.wants(k)) if tap else (None, False)
+        noise, every_step = (feedback_noise(run), tap.wants(k)) if tap else (None, False)
         asked.append(Asked(run, coefficient, noise, every_step))
     names = (*OUTPUTS, "input_voltage", "reference_position", "load_force")
     rows = {name: np.full((len(runs), record.n_sample), np.nan) for name in names}

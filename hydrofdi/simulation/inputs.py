@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
+from itertools import chain
 from operator import attrgetter
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,9 @@ from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.config.sections.machine import LoadConfig
 from hydrofdi.physics.valve import control_flow
 from hydrofdi.simulation.balances import Trajectory
-from hydrofdi.simulation.kernels.kernel import advance_spools
-from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, positions_by
+from hydrofdi.simulation.kernel import advance_spools
+from hydrofdi.simulation.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, indices, lane_groups, positions_by
+from hydrofdi.simulation.sensing import feedback_noise, reading_errors
 
 _spool_of = attrgetter(*SPOOL_PARAMETERS.values())
 
@@ -119,22 +121,20 @@ class Spools:
 
     def __init__(self, drives: Sequence[Drive], record: RecordConfig) -> None:
         self._record = record
-        self._groups = list(_groups_of_spools(drives))
-        order = [k for group in self._groups for k in group]
+        self._groups = list(lane_groups(drive.choices for drive in drives))
+        order = [k for _, group in self._groups for k in group]
         # The inverse of the order by groups.
         self.columns = np.argsort(order)
         # Inputs that differ in amplitude only are computed once, with amplitude 1.
-        units = [drives[k].input.model_copy(update={"amplitude": 1.0}) for k in order]
-        places = {unit: index for index, unit in enumerate(dict.fromkeys(units))}
-        self._units, self._unit_of_drive = list(places), np.array([places[unit] for unit in units], dtype=int)
+        units = positions_by(drives[k].input.model_copy(update={"amplitude": 1.0}) for k in order)
+        self._units, self._unit_of_drive = list(units), indices(units, len(order))
         self._amplitude = np.array([drives[k].input.factor for k in order])
         self._stages = np.empty((0, 4, len(order)))
         self._spools = np.zeros(len(self._groups), SPOOLS)
-        for spool, group in zip(self._spools, self._groups, strict=True):
+        for spool, (_, group) in zip(self._spools, self._groups, strict=True):
             for index, field in enumerate(SPOOL_PARAMETERS):
                 # Unused spools repeat the others: a gain of zero would be divided by.
                 spool[field] = np.resize([drives[k].spool[index] for k in group], WIDTH)
-        self._choices = [drives[group[0]].choices for group in self._groups]
 
     def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Advance all spools from step `first` on.
@@ -154,20 +154,13 @@ class Spools:
         if len(self._stages) < n_step:
             self._stages = np.empty((n_step, 4, voltage.shape[1]))
         stages, first_drive = self._stages[:n_step], 0
-        for spool, group in enumerate(self._groups):
+        for spool, (choices, group) in enumerate(self._groups):
             advance_spools(
                 self._spools[spool : spool + 1], voltage, self._record.step, first_drive, len(group), stages,
-                *self._choices[spool],
+                *choices,
             )  # fmt: skip
             first_drive += len(group)
         return voltage, stages
-
-
-def _groups_of_spools(drives: Sequence[Drive]) -> Iterator[list[int]]:
-    """Positions of drives that are advanced together: at most WIDTH, with the same options."""
-    for members in positions_by(drive.choices for drive in drives).values():
-        for first in range(0, len(members), WIDTH):
-            yield members[first : first + WIDTH]
 
 
 def random_levels(
@@ -241,29 +234,7 @@ def largest_travel(parameters: RunParameters) -> float:
     return min(valve.spool_gain * voltage, valve.position_limit)
 
 
-SignalByName = Callable[[str], NDArray[np.float64]]
-"""Function from the name of a signal to its values, shape (n_step, n_lane); only the first lanes are used."""
-
-Reader = Callable[[int, SignalByName], None]
-"""Function that reads a block of steps, given the number of its first step; blocks are contiguous."""
-
-
-class Tap(Protocol):
-    """Interface that reads runs of a batch at every step; a record of all steps is never stored."""
-
-    def wants(self, position: int) -> bool:
-        """Whether to read the run at a position of the batch."""
-
-    def feedback_noise(self, position: int) -> NDArray[np.float64] | None:
-        """Noise of the position that the controller of a run reads, at each of its samples [m], or None."""
-
-    def reader(self, positions: Sequence[int]) -> Reader:
-        """Reader of the runs at these positions, which are in the first lanes."""
-
-
 Array = NDArray[np.float64]
-
-_Value = TypeVar("_Value", bound=Hashable)
 
 
 class Chunk(NamedTuple):
@@ -286,9 +257,9 @@ class Chunk(NamedTuple):
     references: Array
     loads: Array
 
-    def part(self, first: int, last: int) -> Chunk:
+    def part(self, steps: slice) -> Chunk:
         """Inputs of some of the steps."""
-        return Chunk(*(values[first:last] for values in self))
+        return Chunk(*(values[steps] for values in self))
 
 
 class Inputs:
@@ -298,42 +269,44 @@ class Inputs:
     ----------
     record : RecordConfig
         Step and length of their record.
-    tap : Tap, optional
-        Supplies the noise of the positions that controllers read; by default none.
+    reads_noise : bool
+        Whether the positions that controllers read have the noise of their sensors.
 
     Attributes
     ----------
-    is_closed : ndarray of bool, shape (n_run,)
-        Whether a controller drives the valve.
     n_drive : int
         Number of spools in open loop.
     column_of_run, load_of_run : ndarray of int, shape (n_run,)
         Column of each run in the drives or references, and in the loads.
     """
 
-    def __init__(self, runs: Sequence[RunParameters], record: RecordConfig, tap: Tap | None = None) -> None:
+    def __init__(
+        self, runs: Sequence[RunParameters], record: RecordConfig, *, reads_noise: bool = False
+    ) -> None:
         self._record = record
-        self.is_closed = np.array([parameters.control.is_closed for parameters in runs])
-        keys = [
-            _reference_of(one, k) if one.control.is_closed else Drive.of(one) for k, one in enumerate(runs)
-        ]
-        drives = _places(key for key in keys if isinstance(key, Drive))
-        references = _places(key for key in keys if not isinstance(key, Drive))
-        loads = _places(parameters.load for parameters in runs)
-        self._spools, self.n_drive = Spools(list(drives), record), len(drives)
+        loads = positions_by(run.load for run in runs)
+        self._loads, self.load_of_run = list(loads), indices(loads, len(runs))
+        # Runs share a reference, unless the errors of a sensor make it their own.
+        drives = positions_by(
+            (run.input, run.control.amplitude, k if run.control.is_measured else -1)
+            if run.control.is_closed
+            else Drive.of(run)
+            for k, run in enumerate(runs)
+        )
+        spools = {key: members for key, members in drives.items() if isinstance(key, Drive)}
+        references = [members for key, members in drives.items() if key not in spools]
+        self._spools, self.n_drive = Spools(list(spools), record), len(spools)
         self._shared = (
-            _whole_record(*drives, record)
-            if len(drives) == 1 and record.n_step <= _MOST_SHARED_STEPS
+            _whole_record(*spools, record)
+            if len(spools) == 1 and record.n_step <= _MOST_SHARED_STEPS
             else None
         )
-        self._references, self._loads = list(references), list(loads)
-        self._readers = {
-            k: (runs[k], tap.feedback_noise(k) if tap else None) for *_, k in references if k >= 0
-        }
-        self.column_of_run = np.array([
-            self._spools.columns[drives[key]] if isinstance(key, Drive) else references[key] for key in keys
-        ])  # fmt: skip
-        self.load_of_run = np.array([loads[parameters.load] for parameters in runs])
+        self.column_of_run = np.empty(len(runs), dtype=int)
+        columns = zip(self._spools.columns, spools.values(), strict=True)
+        for column, members in chain(columns, enumerate(references)):
+            self.column_of_run[members] = column
+        first_runs = [runs[members[0]] for members in references]
+        self._references = [(run, feedback_noise(run) if reads_noise else None) for run in first_runs]
 
     def advance(self, first: int, n_step: int) -> Chunk:
         """Inputs from step `first` on."""
@@ -343,11 +316,10 @@ class Inputs:
         else:
             voltage, stages = self._spools.advance(first, n_step)
         references = np.zeros((n_step, 2, len(self._references)))
-        for column, (drive, amplitude, reader) in enumerate(self._references):
-            references[:, 0, column] = position_reference(drive, amplitude, self._record, steps)
-            if reader in self._readers:
-                run, noise = self._readers[reader]
-                references[:, 1, column] = reading_errors(run, steps, noise)
+        for column, (run, noise) in enumerate(self._references):
+            amplitude = run.control.amplitude
+            references[:, 0, column] = position_reference(run.input, amplitude, self._record, steps)
+            references[:, 1, column] = reading_errors(run, steps, noise)
         loads = np.column_stack([load_force(load, self._record, steps) for load in self._loads])
         return Chunk(voltage, stages, references, loads)
 
@@ -360,17 +332,6 @@ _MOST_SHARED_STEPS = 500_000
 def _whole_record(drive: Drive, record: RecordConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Voltage and stages of one drive over a record, computed once for all batches of a sweep."""
     return Spools([drive], record).advance(0, record.n_step)
-
-
-def _reference_of(parameters: RunParameters, position: int) -> tuple[InputConfig, float, int]:
-    """Key of the references of a run: equal for runs that share them, unique for measured feedback."""
-    reader = position if parameters.control.is_measured else -1
-    return parameters.input, parameters.control.amplitude, reader
-
-
-def _places(values: Iterable[_Value]) -> dict[_Value, int]:
-    """Distinct values, each with its index."""
-    return {value: index for index, value in enumerate(dict.fromkeys(values))}
 
 
 _STREAM = 1
@@ -401,33 +362,3 @@ def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64])
         before = random_levels(seed, period, record, np.maximum(steps - hold, 0))
         levels = before + np.minimum(steps % hold * record.step / load.random_change, 1.0) * (levels - before)
     return load.constant_force + load.random_force * levels
-
-
-def steps_per_control(run: RunParameters) -> int:
-    """Number of steps per sample of the controller."""
-    return round(run.control.sample_time / run.record.step)
-
-
-def reading_errors(
-    run: RunParameters, steps: NDArray[np.int64], noise: NDArray[np.float64] | None
-) -> NDArray[np.float64]:
-    """Error of the position before the converter, at the given steps.
-
-    Parameters
-    ----------
-    steps : ndarray of int, shape (n,)
-        Step numbers, counted from the start of the record.
-    noise : ndarray, shape (n_control,), optional
-        Noise at each sample of the controller [m]; by default none.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Bias, drift and noise [m]; zero if the controller reads the true position.
-    """
-    if not run.control.is_measured:
-        return np.zeros(steps.shape)
-    sensor = run.position_sensor
-    errors = np.asarray(sensor.bias + sensor.drift * run.record.step * steps, dtype=float)
-    # The noise of a sample is held until the controller takes the next.
-    return errors if noise is None else errors + noise[steps // steps_per_control(run)]

@@ -11,7 +11,7 @@ from typing import Any, cast
 from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
-from hydrofdi.records.writing import OWN, WRITERS, Selection
+from hydrofdi.records.files import OWN, WRITERS, Selection
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS

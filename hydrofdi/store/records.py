@@ -17,7 +17,7 @@ from hydrofdi.config.sections.drive import InputConfig
 from hydrofdi.config.sections.plant import SIGNAL_NAMES
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
-from hydrofdi.settings.readable import K_I_UNIT, shown_quantity
+from hydrofdi.settings.messages import K_I_UNIT, shown_quantity
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert

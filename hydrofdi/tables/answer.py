@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from hydrofdi.settings.readable import HOLE, number_text, shown_bytes, time_text
+from hydrofdi.settings.messages import HOLE, number_text, shown_bytes, time_text
 from hydrofdi.tables.table import TEXT_WIDTH, Table, plain
 
 _MOST_VALUES = 6

@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
-from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.readable import number_text, readable_unit, typeset
+from hydrofdi.settings.messages import nearest, number_text, readable_unit, typeset
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:

@@ -16,9 +16,7 @@ from hydrofdi.config.sweep import quantiles
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.steady_state import steady_speed
 from hydrofdi.records.data_sheet import StatedMachine
-from hydrofdi.settings.ready import ready_folder, ready_names
-from hydrofdi.settings.validation import validated
-from hydrofdi.settings.yaml_source import Source, parse_yaml
+from hydrofdi.settings.files import Source, parse_yaml, ready_folder, ready_names, validated
 from tests.commands import run, run_json
 
 PRESS = {

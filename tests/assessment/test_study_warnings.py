@@ -12,7 +12,7 @@ from hydrofdi.execution.checks import STUDY_RULES, other_machines, said, without
 from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.papers import make_report
 from hydrofdi.quality.machine import long_steps
-from hydrofdi.settings.ready import ready_names
+from hydrofdi.settings.files import ready_names
 from hydrofdi.store.results import read_results
 
 STUDY = """

@@ -10,11 +10,11 @@ import sys
 import numpy as np
 import pytest
 
-from hydrofdi.compilation import compiling
+from hydrofdi.compilation import object_code
 from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.monitor.sources import StreamSource, printable
 from hydrofdi.monitor.store import StateStore, StoredMachine
-from hydrofdi.records import opening
+from hydrofdi.records import files as opening
 from tests.commands import COMMAND, run, run_process
 
 NO_TEXT = os.fsdecode(b"rig\xff.csv")
@@ -96,7 +96,7 @@ def test_folders_above_the_cache_belong_to_their_user_alone(tmp_path, monkeypatc
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     before = os.umask(0)
     try:
-        assert compiling.cache_directory.__wrapped__("physics")
+        assert object_code.cache_directory.__wrapped__("physics")
     finally:
         os.umask(before)
     for folder in (tmp_path / "home", tmp_path / "home" / ".cache"):

@@ -11,8 +11,7 @@ from hydrofdi.config import load_experiment
 from hydrofdi.config.loading import anchor_files
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.indicators import indicator_names, load_indicators
-from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names
-from hydrofdi.settings.validation import read_extended
+from hydrofdi.settings.files import read_extended, ready_copy, ready_folder, ready_names
 from tests.commands import run, run_json
 
 

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.diagnosis.causes import NAMES, PLACE
-from hydrofdi.diagnosis.history import history_of, history_of_sheet
+from hydrofdi.diagnosis.balance import NAMES, PLACE
+from hydrofdi.diagnosis.history import history_of, history_of_sheet, signatures
 from hydrofdi.diagnosis.judging import Judge
-from hydrofdi.diagnosis.signatures import signatures
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
 from tests.diagnosis.conftest import N_HEALTHY

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hydrofdi.config import RunParameters
-from hydrofdi.sensing import CHANNELS, CLOCK, random_generator
+from hydrofdi.simulation.sensing import CHANNELS, CLOCK, random_generator
 
 HEALTHY = RunParameters().with_values({"pressure_1_sensor.noise": 1e4, "measurement.seed": 3})
 LEAKING = HEALTHY.with_values({"leakage.internal_coefficient": 1e-8})

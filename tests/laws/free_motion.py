@@ -3,8 +3,8 @@
 import numpy as np
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import SAMPLED, STATES, WIDTH, ModelOptions, pack_lanes
+from hydrofdi.simulation.kernel import advance_lanes
+from hydrofdi.simulation.lanes import SAMPLED, STATES, WIDTH, ModelOptions, pack_lanes
 from tests.machines import RIG
 
 FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}

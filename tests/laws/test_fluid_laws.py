@@ -13,11 +13,10 @@ from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modul
 from hydrofdi.physics.hydraulic_mode import mode_frequency
 from hydrofdi.physics.oil import OILS
 from hydrofdi.physics.valve import control_flow
-from hydrofdi.quality.machine import step_limits
-from hydrofdi.quality.measures import hydraulic_mode
+from hydrofdi.quality.machine import hydraulic_mode, step_limits
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.hydraulics import lane_parameters
-from hydrofdi.simulation.kernels.lanes import ModelOptions, pack_singles
+from hydrofdi.simulation.hydraulics import lane_parameters
+from hydrofdi.simulation.lanes import ModelOptions, pack_singles
 from tests.machines import GAP, machine
 
 LIQUID, AIR, EXPONENT, ATMOSPHERE = 1.4e9, 0.01, 1.4, 101325.0

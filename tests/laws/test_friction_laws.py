@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics import friction
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.hydraulics import State, friction_of
-from hydrofdi.simulation.kernels.lanes import ModelOptions
+from hydrofdi.simulation.hydraulics import State, friction_of
+from hydrofdi.simulation.lanes import ModelOptions
 from tests.machines import HOSES, machine
 
 PARAMETERS = FrictionConfig()

@@ -16,11 +16,11 @@ from test_second_solver import VARIANTS
 
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.equation import NEGLIGIBLE, settled
-from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import batch, inputs
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import HIDDEN
+from hydrofdi.simulation.lanes import HIDDEN
+from hydrofdi.simulation.sensing import Measurement
 from tests.machines import HOSES, Values, machine
 
 AREA = RunParameters().actuator.piston_area

@@ -17,12 +17,11 @@ from hydrofdi.physics.hydraulic_mode import (
     softest_position,
 )
 from hydrofdi.physics.steady_state import steady_speed
-from hydrofdi.quality.machine import machine_figures
-from hydrofdi.quality.measures import hydraulic_mode
+from hydrofdi.quality.machine import hydraulic_mode, machine_figures
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
-from hydrofdi.simulation.kernels.lanes import ModelOptions
+from hydrofdi.simulation.lanes import ModelOptions
 from tests.machines import GAP, LOOP, machine
 from tests.second_solver import simulate_with_solver
 from tests.simulation.reference import integrate, printed_rates

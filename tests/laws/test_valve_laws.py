@@ -18,8 +18,7 @@ from hydrofdi.physics.valve import (
     edge_flow,
     worn_opening,
 )
-from hydrofdi.quality.machine import step_limits
-from hydrofdi.quality.measures import hydraulic_mode
+from hydrofdi.quality.machine import hydraulic_mode, step_limits
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import Drive, Spools, largest_opening
 from tests.machines import LOOP, RIG, machine

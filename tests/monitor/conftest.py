@@ -6,6 +6,7 @@ from contextlib import ExitStack
 
 import pytest
 
+from hydrofdi.monitor import sources
 from tests.monitor.brokers import SECRET, Broker, running
 from tests.monitor.machines import make_machine
 
@@ -13,6 +14,12 @@ from tests.monitor.machines import make_machine
 @pytest.fixture(scope="session")
 def machine(tmp_path_factory):
     return make_machine(tmp_path_factory.mktemp("machine"))
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch):
+    """The second attempt to connect comes soon."""
+    monkeypatch.setattr(sources, "FIRST_WAIT", 0.05)
 
 
 @pytest.fixture

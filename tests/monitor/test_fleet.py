@@ -19,15 +19,13 @@ from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import detector_text
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor import machines as machines_module
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet_configuration import Pattern, load_fleet_config
+from hydrofdi.monitor.configuration import MonitorConfig, Pattern, load_fleet_config
 from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.mqtt import Message
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
-from hydrofdi.monitor.store import StateStore, StoredMachine
+from hydrofdi.monitor.store import StateStore, StoredMachine, WindowLog
 from hydrofdi.monitor.topics import TopicSource
-from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import run
 from tests.monitor.fleets import (
     expected,

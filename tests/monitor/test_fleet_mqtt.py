@@ -17,8 +17,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.mqtt import payload_of
-from hydrofdi.monitor.store import StateStore
-from hydrofdi.monitor.window_log import WindowLog
+from hydrofdi.monitor.store import StateStore, WindowLog
 from tests.commands import COMMAND, wait_until
 from tests.monitor.brokers import client_at, needs_mosquitto
 from tests.monitor.fleets import (

@@ -19,8 +19,7 @@ from hydrofdi.monitor.growing_file import GrowingFile
 from hydrofdi.monitor.loop import Ending, single_monitor
 from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.opening import Sources
-from hydrofdi.monitor.store import StateStore
-from hydrofdi.monitor.window_log import WindowLog
+from hydrofdi.monitor.store import StateStore, WindowLog
 from hydrofdi.records.streams import Event, EventKind
 from tests.monitor.streams import (
     P1,

@@ -96,7 +96,7 @@ def test_machines_that_share_a_server_are_told_apart_and_one_that_goes_leaves_no
     assert values["hydrofdi_score",] == 7.0
     assert values["hydrofdi_windows_judged_total", "true"] == 0
     assert not any(name.startswith("hydrofdi_chart") for name, *_ in values)
-    other.close()
+    server.forget('a "b"\\c')
     assert not served(server, 'a "b"\\c')
     assert served(server)["hydrofdi_windows_judged_total", "true"] == 1
 

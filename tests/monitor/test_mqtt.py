@@ -15,12 +15,11 @@ import pytest
 from hydrofdi.detectors.trained.lines import Condition, WindowLine, line_record
 from hydrofdi.detectors.trained.verdicts import Verdict
 from hydrofdi.monitor import topics
-from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, MqttConfig, Pattern
 from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.topics import Topics, TopicSource
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND, wait_until
@@ -29,9 +28,6 @@ from tests.monitor.brokers import SECRET, Broker, client_at, needs_mosquitto, ru
 from tests.monitor.streams import reading_of
 
 DETECTOR = Path("detector.json")
-SOON = 0.05
-"""Before the second attempt to connect [s]."""
-
 P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
 
 
@@ -61,7 +57,7 @@ class Topic(StreamSource):
     def __init__(self, address, config, detector):
         fleet = FleetConfig.model_construct(**dict(config))
         patterns = [Pattern(address, address.path)]
-        self.topics = Topics(patterns, fleet, detector, is_single=True, first_wait=SOON)
+        self.topics = Topics(patterns, fleet, detector, is_single=True)
         self.source = TopicSource(str(address), config, (), address)
         super().__init__(str(address), self.topics.events)
         self.client_id, self.inbox = self.topics.client_id, self.topics._inbox
@@ -82,7 +78,7 @@ class Topic(StreamSource):
 
 
 def publisher_at(address, config=None):
-    return Publisher(Address.parse(address), config or MqttConfig(), 1000, first_wait=SOON)
+    return Publisher(Address.parse(address), config or MqttConfig(), 1000)
 
 
 @contextmanager
@@ -289,7 +285,7 @@ class Listener:
 
 def sink_at(broker, with_windows=False, **options):
     address, config = Address.parse(broker.address(TOPIC_LINES)), MqttConfig(windows=with_windows)
-    return MqttSink(address, config, first_wait=SOON, **options)
+    return MqttSink(address, config, **options)
 
 
 def said_by(sink, lines):

@@ -15,11 +15,11 @@ from asyncua import Server, ua
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.monitor import connections, opcua
+from hydrofdi.monitor import opcua, sources
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
-from hydrofdi.monitor.connections import Inbox
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
-from hydrofdi.records.batch import Channel
+from hydrofdi.monitor.sources import Inbox
+from hydrofdi.records import Channel
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import EventKind
 from tests.monitor.brokers import free_port
@@ -117,7 +117,7 @@ RATE = 100.0
 
 @contextmanager
 def opened(url, config=FAST, channels=CHANNELS, rate=RATE):
-    source = OpcUaSource(Address.parse(url), config, channels, rate, first_wait=0.1)
+    source = OpcUaSource(Address.parse(url), config, channels, rate)
     source.open({})
     try:
         yield source
@@ -361,7 +361,7 @@ def test_a_full_inbox_drops_one_long_piece_and_says_it_once():
 
 
 def test_few_items_wait_for_more(monkeypatch):
-    monkeypatch.setattr(connections, "GATHER", 60.0)
+    monkeypatch.setattr(sources, "GATHER", 60.0)
     inbox = Inbox(100)
     sender = Thread(target=lambda: [put(inbox, start) for start in (0, 10, 20)])
     sender.start()

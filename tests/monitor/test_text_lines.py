@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.payload import PayloadError, PayloadReader, SampleClock
 from hydrofdi.monitor.sources import joined
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.source import plain_source
 from tests.monitor.streams import config_of, read_in_pieces, reader, samples

@@ -13,7 +13,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.records import Channel, opening
+from hydrofdi.records import Channel
+from hydrofdi.records import files as opening
 from hydrofdi.records.source import measured_source, plain_source
 from hydrofdi.units import parse_unit
 from tests.records.measuring import WRITERS

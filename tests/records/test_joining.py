@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.payload import PayloadReader
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.joining import Joining
 from hydrofdi.records.streams import Chunk
 

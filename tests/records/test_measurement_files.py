@@ -8,7 +8,7 @@ import pytest
 import scipy.io
 
 from hydrofdi.errors import DataError
-from hydrofdi.records import opening
+from hydrofdi.records import files as opening
 from hydrofdi.records.source import measured_source, plain_source, write_description
 from tests.records.dialects import RATE, ROWS, TIME
 from tests.records.measuring import P1, P2, POSITION, VOLTAGE, batches, one, read, yaml_of

@@ -10,7 +10,7 @@ import numpy as np
 import psutil
 import pytest
 
-from hydrofdi.records import opening
+from hydrofdi.records import files as opening
 from hydrofdi.records.columns import RejectionError
 from tests.commands import wait_until
 from tests.records.measuring import P1, USUAL, WRITERS, one
@@ -119,7 +119,7 @@ def test_arrays_of_every_shape_come_over(tmp_path):
 PROGRAM = """\
 import sys, time
 from pathlib import Path
-from hydrofdi.records import opening
+from hydrofdi.records import files as opening
 opening.SECONDS = float(sys.argv[2])
 assert __name__ == "__main__"
 with opening.table_read_apart("run", "HDF5", Path(sys.argv[1])) as table:

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 import hydrofdi
 from hydrofdi.errors import DataError, HydrofdiError
 from hydrofdi.records import Channel
+from hydrofdi.records.defects import update_rate
 from hydrofdi.records.source import measured_source, plain_source, write_description
-from hydrofdi.records.stuck import update_rate
 from hydrofdi.records.times import likely_unit
 from tests.records.measuring import P1, P2, POSITION, kinds, read
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hydrofdi import sensing
+from hydrofdi.simulation import sensing
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
+from hydrofdi.simulation.lanes import HALF_WIDTH
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import detail_rms
 from tests import machines

@@ -8,10 +8,11 @@ from scipy import signal as scipy_signal
 
 from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.config.request import SENSING
+from hydrofdi.execution import compute
 from hydrofdi.execution.compute import Job, compute_columns
-from hydrofdi.sensing import CHANNELS, CLOCK, Clocks, random_generator, sampling_instants
 from hydrofdi.simulation import batch
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.sensing import CHANNELS, CLOCK, Clocks, random_generator, sampling_instants
 from hydrofdi.transforms.wavelet import detail_rms
 from tests import machines
 from tests.machines import RIG, settings_of
@@ -29,8 +30,8 @@ def run_with(*settings):
     return load_experiment(None, settings).nominal_parameters
 
 
-def columns_of(*runs, **more):
-    return compute_columns([Job.of(RunSpec(run), "run", 2e-9) for run in runs], **more)
+def columns_of(*runs):
+    return compute_columns([Job.of(RunSpec(run), "run", 2e-9) for run in runs])
 
 
 def test_detail_rms_are_those_of_a_record_that_is_filtered_before_it_is_sampled():
@@ -80,11 +81,12 @@ def test_a_run_that_lags_happens_as_without_a_lag():
 
 
 @pytest.mark.parametrize(("loop", "step"), [((), "0.02 ms"), (LOOP, "0.05 ms")], ids=["open", "closed"])
-def test_second_solvers_follow_the_lags_as_the_kernel_does(loop, step):
+def test_second_solvers_follow_the_lags_as_the_kernel_does(loop, step, monkeypatch):
     short = "record.duration=0.5 s", f"record.step={step}", "input.period=0.25 s", "wavelet.levels=3"
     run = run_with(*settings_of(RIG), *short, *WARMING, *loop, *LAGS)
     ours = columns_of(run)
-    theirs = columns_of(run, simulate=partial(simulate_with_solver, solver="lsoda"))
+    monkeypatch.setattr(compute, "simulate_batch", partial(simulate_with_solver, solver="lsoda"))
+    theirs = columns_of(run)
     for channel in CHANNELS:
         size = np.abs(ours[channel.signal]).max()
         np.testing.assert_allclose(theirs[channel.signal], ours[channel.signal], atol=1e-4 * size)

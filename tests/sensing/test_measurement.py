@@ -4,10 +4,10 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi import sensing
 from hydrofdi.config import RunParameters, RunSpec, load_experiment, request
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import compute
+from hydrofdi.simulation import sensing
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
 from tests import machines

@@ -6,7 +6,7 @@ from scipy import integrate
 
 from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.execution.compute import Job, compute_columns
-from hydrofdi.sensing import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
+from hydrofdi.simulation.sensing import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
 
 DENSITY, CORNER = 20.0, 100.0
 

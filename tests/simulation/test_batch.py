@@ -13,10 +13,10 @@ from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
+from hydrofdi.simulation.hydraulics import State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.inputs import Drive, Spools, input_voltage
-from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.kernel import keep_state, state_of, take_sample
-from hydrofdi.simulation.kernels.lanes import (
+from hydrofdi.simulation.kernel import keep_state, state_of, take_sample
+from hydrofdi.simulation.lanes import (
     LANES,
     LEAKAGE,
     OPTIONAL,

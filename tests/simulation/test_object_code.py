@@ -13,7 +13,7 @@ import pytest
 from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
-from hydrofdi.compilation import compiling, object_code
+from hydrofdi.compilation import object_code
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.simulation.batch import simulate_batch
 from tests.conftest import REPOSITORY
@@ -151,7 +151,7 @@ def _refuse(path: Path) -> None:
 def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(plant, tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    find = compiling.cache_directory.__wrapped__
+    find = object_code.cache_directory.__wrapped__
     before = os.umask(0)
     try:
         own = find("simulation")

@@ -11,7 +11,7 @@ from hydrofdi.config.request import RunRequest
 from hydrofdi.execution import compute as compute_module
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.indicators.catalogue.dwt import phase_rms
-from hydrofdi.quality.measures import SETTLED_CHANGE, how_records_settle, pressure_features
+from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle, pressure_features
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms import undecimated
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -197,7 +197,7 @@ WAVE = np.where(np.arange(TIME.size) % 500 < 250, 9e6, 7e6)
 
 
 def _features(run, pressure, settled_from) -> dict[str, np.ndarray]:
-    return pressure_features([run.parameters], [RunSpec(run).analysis], pressure, settled_from)
+    return pressure_features([run.parameters], RunSpec(run).analysis, pressure, settled_from)
 
 
 def _job(run: RunRequest, coefficient: float, name: str = "") -> Job:
@@ -266,7 +266,7 @@ def test_discard_is_one_window_for_all_features_as_configured() -> None:
         assert part[name][0] == whole[name][0]
 
 
-def test_jobs_that_differ_in_their_analysis_alone_are_simulated_once() -> None:
+def test_jobs_that_differ_in_their_analysis_alone_are_simulated_once(monkeypatch) -> None:
     short = RUN.with_values({"record.duration": 2.0, "pressure_1_sensor.noise": 1e3})
     analyses = [{}, {"wavelet.phase": 3}, {"wavelet.name": "db4"}, {"analysis.discard": 0.5}]
     jobs = [_job(short.with_values(analysis), 1e-9, str(k)) for k, analysis in enumerate(analyses)]
@@ -277,7 +277,8 @@ def test_jobs_that_differ_in_their_analysis_alone_are_simulated_once() -> None:
         simulated.extend(coefficients)
         return simulate_batch(runs, coefficients, tap)
 
-    together = compute_columns(jobs, count)
+    monkeypatch.setattr(compute_module, "simulate_batch", count)
+    together = compute_columns(jobs)
     assert simulated == [1e-9, 2e-9]
     for row, job in enumerate(jobs):
         alone = compute_columns([job])

@@ -15,10 +15,9 @@ from hydrofdi.config.sections.machine import FluidConfig
 from hydrofdi.config.study import OnlineConfig
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.registry import describe
-from hydrofdi.monitor.configuration import MqttConfig
-from hydrofdi.monitor.fleet_configuration import FleetConfig
+from hydrofdi.monitor.configuration import FleetConfig, MqttConfig
 from hydrofdi.records.description import MeasuredConfig
-from hydrofdi.settings.ready import ready_names
+from hydrofdi.settings.files import ready_names
 
 DOCS = Path(__file__).parents[2] / "docs"
 COMMANDS = commands.command_group().commands

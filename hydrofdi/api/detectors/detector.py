@@ -18,7 +18,7 @@ from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, se
 from hydrofdi.detectors.trained.windows import watched, windows_table
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.settings.arguments import Names, names_of, path_of, refusal
-from hydrofdi.settings.readable import percent
+from hydrofdi.settings.messages import percent
 from hydrofdi.store.files import require_regular, write_whole_text
 from hydrofdi.studies.healthy import LeftOut, analysed_batches
 from hydrofdi.tables.table import Table

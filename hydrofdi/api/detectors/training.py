@@ -26,8 +26,7 @@ from hydrofdi.indicators.overview import Indicators
 from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.yaml_source import plain
+from hydrofdi.settings.files import located, plain
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords

@@ -16,9 +16,8 @@ from hydrofdi.config.sections.drive import ControlConfig, InputConfig, RecordCon
 from hydrofdi.config.sections.machine import FluidConfig, LeakageConfig, LoadConfig, SupplyConfig
 from hydrofdi.config.sections.plant import PlantConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import counted, shown_quantity
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.transforms.configuration import WaveletConfig
 
 _PERIODS = re.compile(r"\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*periods?\s*")

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from pydantic import ValidationInfo
 
 from hydrofdi.errors import DataError
+from hydrofdi.settings.files import read_text
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.validation import read_text
 from hydrofdi.units import parse_si, parse_unit
 
 MOST_ROWS = 100_000

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from hydrofdi.config.sections.csv_input import digest, input_contents
-from hydrofdi.settings import readable as usual
+from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.quantities import SI, Section
 
 

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from hydrofdi.physics.cylinder import axial_weight
 from hydrofdi.physics.fluid import stiffening_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS
-from hydrofdi.settings import readable as usual
+from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.quantities import SI, Section
 
 if TYPE_CHECKING:

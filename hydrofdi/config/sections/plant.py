@@ -11,11 +11,11 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import ConfigDict, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.fmi.description import Model, Variable, digest_of, read_model
-from hydrofdi.records.batch import Channel
+from hydrofdi.fmi.fmu import Model, Variable, digest_of, read_model
+from hydrofdi.records import Channel
+from hydrofdi.settings.files import located
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.ready import located
 from hydrofdi.units import parse_quantity, parse_unit, zero_of
 
 INPUTS = {"input_voltage": "V", "reference_position": "m", "load_force": "N"}

@@ -8,8 +8,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from hydrofdi.settings.messages import shown_quantity
 from hydrofdi.settings.quantities import SI, Section, field_quantity
-from hydrofdi.settings.readable import shown_quantity
 
 
 class SensorConfig(Section):

@@ -16,14 +16,12 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
-from hydrofdi.records import Array
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.streams import CycleWindower, TimeWindower, Windower
+from hydrofdi.settings.files import Keys as KeyPath
+from hydrofdi.settings.files import Source, dotted, overlay, plain, read_extended, validated
 from hydrofdi.settings.messages import describe_error, listed, nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.validation import overlay, read_extended, validated
-from hydrofdi.settings.yaml_source import Path as KeyPath
-from hydrofdi.settings.yaml_source import Source, dotted, plain
 
 Duration = Annotated[float, SI("s", least=1e-9, most=1e9)]
 

@@ -18,14 +18,11 @@ from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, fe
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constants
-from hydrofdi.records import Array
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Array, Channel
 from hydrofdi.records.data_sheet import is_other
-from hydrofdi.settings.messages import describe_error
+from hydrofdi.settings.files import dotted, known_keys
+from hydrofdi.settings.messages import describe_error, plain, readable_unit, shown_quantity
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import plain, readable_unit, shown_quantity
-from hydrofdi.settings.validation import known_keys
-from hydrofdi.settings.yaml_source import dotted
 from hydrofdi.units import convert
 
 SCHEMA = "hydrofdi.detector"

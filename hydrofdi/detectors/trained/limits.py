@@ -26,7 +26,7 @@ from hydrofdi.evaluation.rates import FEWEST_GROUPS, alarm_rate, left_out_outcom
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.records import Array
-from hydrofdi.settings.readable import time_text
+from hydrofdi.settings.messages import time_text
 
 _MOST_FOLDS = 25
 """Maximum number of cross-validation folds; with more groups, several are left out at a time."""

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from hydrofdi.detectors.trained.verdicts import Verdict
 from hydrofdi.records import Array
 from hydrofdi.records.streams import Chunk, Event, EventKind, State
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import plain
+from hydrofdi.settings.messages import counted, plain
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,15 @@ from hydrofdi.detectors.trained.verdicts import Leak, coverage
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import count_text, number_text, percent, plain, shown_quantity, time_text
+from hydrofdi.settings.messages import (
+    count_text,
+    counted,
+    number_text,
+    percent,
+    plain,
+    shown_quantity,
+    time_text,
+)
 from hydrofdi.units import convert
 
 _CHANCE, _FAR = 0.01, 10.0

@@ -33,8 +33,8 @@ from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.indicators.wrong_sheet import likeliest_wrong, sentence
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
-from hydrofdi.records.stuck import found_period
-from hydrofdi.settings.readable import time_text
+from hydrofdi.records.cutting import found_period
+from hydrofdi.settings.messages import time_text
 
 
 def train(

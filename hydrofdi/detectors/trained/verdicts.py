@@ -19,9 +19,9 @@ from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.faults import OF_LEAKS, doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.defects import update_rate
 from hydrofdi.records.streams import Window
-from hydrofdi.records.stuck import update_rate
-from hydrofdi.settings.readable import number_text, shown_quantity
+from hydrofdi.settings.messages import number_text, shown_quantity
 from hydrofdi.units import ZEROS, convert
 
 Ranges = Mapping[str, tuple[float, float]]

@@ -20,8 +20,7 @@ from hydrofdi.records.memory import held, records_of
 from hydrofdi.records.recording import samples_of
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.arguments import Names
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, number_text
+from hydrofdi.settings.messages import HOLE, counted, number_text
 from hydrofdi.tables.table import Column, Table, quantity
 
 

@@ -12,15 +12,14 @@ import numpy as np
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Mask, Standing, alarms
 from hydrofdi.papers.maddahi2015.study import CLAIM_SETS, CORE, ScenarioStudy, StudyData, sealed_outcomes
-from hydrofdi.quality.measures import samples_per_period
+from hydrofdi.quality.doubts import samples_per_period
 from hydrofdi.report import sections
 from hydrofdi.report.composition import rms_table
 from hydrofdi.report.document import Block, FigureKind
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, RunTable
 from hydrofdi.report.wording import joined, modulus_text
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE
+from hydrofdi.settings.messages import HOLE, counted
 from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Table, group_breaks, plain
 from hydrofdi.units import convert

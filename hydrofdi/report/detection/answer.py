@@ -13,8 +13,7 @@ from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
 from hydrofdi.report.wording import capitalized, joined
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, two_digits
+from hydrofdi.settings.messages import HOLE, counted, two_digits
 from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.tables.table import Column, Table
 

@@ -8,8 +8,7 @@ from typing import Any
 from hydrofdi.evaluation.scores import Kind, comparable
 from hydrofdi.report.detection.record import detection_lines
 from hydrofdi.report.detection.wording import FROM_LEVELS, severity_unit
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, number_text, percentage
+from hydrofdi.settings.messages import HOLE, counted, number_text, percentage
 from hydrofdi.studies.records import LEAST_OF_GROUP, Detection
 from hydrofdi.tables.table import Column, Table, group_breaks
 

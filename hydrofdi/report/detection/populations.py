@@ -16,7 +16,7 @@ from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
-from hydrofdi.settings.readable import HOLE, two_digits
+from hydrofdi.settings.messages import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import STATUS
 from hydrofdi.studies.records import Detection, Nuisance, nuisances_of

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.records import Channel
-from hydrofdi.settings.readable import HOLE, two_digits
+from hydrofdi.settings.messages import HOLE, two_digits
 from hydrofdi.studies.records import Detection, Judgement, Level
 from hydrofdi.units import convert
 

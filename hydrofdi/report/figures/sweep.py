@@ -17,7 +17,7 @@ from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import AGAINST, RANGES, Axis, AxisResponses, Feature, ResponseStudy
 from hydrofdi.report.runs import Array
 from hydrofdi.report.wording import signed
-from hydrofdi.settings.readable import number_text
+from hydrofdi.settings.messages import number_text
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
 _WIDTH, _HEIGHT = 2.4, 1.25

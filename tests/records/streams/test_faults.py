@@ -4,7 +4,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hydrofdi.records.batch import Channel
+from hydrofdi.records import Channel
 from hydrofdi.records.cutting import edges
 from hydrofdi.records.streams import Chunk, EvenStream
 from tests.records.streams.plain import make_windower, windows_of

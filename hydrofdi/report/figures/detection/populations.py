@@ -12,7 +12,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import chosen_levels, foremost, sensors, tested
 from hydrofdi.report.figures import style
-from hydrofdi.settings.readable import readable_unit, typeset
+from hydrofdi.settings.messages import readable_unit, typeset
 from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.units import convert
 

@@ -17,8 +17,8 @@ from hydrofdi.compilation.symbols import each, when, when_else
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.equation import NEGLIGIBLE, Quantity, limited
 from hydrofdi.physics.valve import acting_voltage, spool_acceleration
-from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, OPTIONAL, SAMPLED, STATES, WIDTH, ModelOptions
+from hydrofdi.simulation.hydraulics import State, hydraulic_rates, lane_parameters
+from hydrofdi.simulation.lanes import HALF_WIDTH, OPTIONAL, SAMPLED, STATES, WIDTH, ModelOptions
 
 SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
 """Lane fields of the spool position at the four stages of a step."""

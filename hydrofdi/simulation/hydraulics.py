@@ -39,7 +39,7 @@ from hydrofdi.physics.valve import (
     supply_pressure_rate,
     worn_opening,
 )
-from hydrofdi.simulation.kernels.lanes import LEAKAGE, PARAMETERS, ModelOptions
+from hydrofdi.simulation.lanes import LEAKAGE, PARAMETERS, ModelOptions
 
 
 class State(NamedTuple):

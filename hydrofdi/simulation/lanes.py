@@ -8,7 +8,7 @@ constant offsets in one record, so that the compiler can prove that they do not 
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -251,3 +251,18 @@ def positions_by(keys: Iterable[Key]) -> dict[Key, list[int]]:
     for position, key in enumerate(keys):
         positions.setdefault(key, []).append(position)
     return positions
+
+
+def indices(positions: Mapping[Any, list[int]], n_run: int) -> NDArray[np.intp]:
+    """Of each run, the index of its key among those of `positions_by`."""
+    index_of_run = np.empty(n_run, dtype=np.intp)
+    for index, members in enumerate(positions.values()):
+        index_of_run[members] = index
+    return index_of_run
+
+
+def lane_groups(keys: Iterable[Key]) -> Iterator[tuple[Key, list[int]]]:
+    """Keys of runs, each with the positions of at most WIDTH of its runs."""
+    for key, members in positions_by(keys).items():
+        for first in range(0, len(members), WIDTH):
+            yield key, members[first : first + WIDTH]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -18,8 +18,6 @@ from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
 from hydrofdi.physics.equation import equation, settled
 from hydrofdi.simulation.balances import Trajectory
-from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.inputs import SignalByName, steps_per_control
 
 
 class Lag(NamedTuple):
@@ -356,6 +354,9 @@ def gaussian_noise(
 
 Signal = NDArray[np.float64]
 
+SignalByName = Callable[[str], Signal]
+"""Function from the name of a signal to its values, shape (n_step, n_lane); only the first lanes are used."""
+
 
 class Measurement:
     """The sensors of a batch of runs.
@@ -376,10 +377,6 @@ class Measurement:
     def wants(self, position: int) -> bool:
         """Whether any channel of the run has a lag or a delay."""
         return any(channel.needs_steps(self.runs[position]) for channel in CHANNELS)
-
-    def feedback_noise(self, position: int) -> Signal | None:
-        """Noise of the position that the controller of a run reads, at each of its samples [m], or None."""
-        return feedback_noise(self.runs[position])
 
     def reader(self, positions: Sequence[int]) -> LaggedRuns:
         """Reader that evaluates the lags of these runs."""
@@ -424,12 +421,6 @@ class Measurement:
                     samples = sampled(run, shown, trajectory.time)
                 signals[row] = sensor_reading(channel, run, samples, trajectory.time)
         return signals
-
-
-def measured_batch(runs: Sequence[RunParameters], coefficients: Sequence[float]) -> Trajectory:
-    """What the sensors of runs with these leakage coefficients show [SI]."""
-    sensors = Measurement(runs)
-    return sensors.show(simulate_batch(runs, coefficients, tap=sensors))
 
 
 def sampled(run: RunParameters, signal: Signal, time: Signal) -> Signal:
@@ -499,7 +490,7 @@ class LaggedRuns:
         self.samples = {channel: np.zeros((len(runs), runs[0].record.n_sample)) for channel in read}
 
     def __call__(self, first_step: int, signal: SignalByName) -> None:
-        """Process the signals of consecutive steps, starting at step `first_step`."""
+        """Process the signals of consecutive steps, starting at step `first_step`; blocks are contiguous."""
         for channel, samples in self.samples.items():
             values = np.array(signal(channel.signal)[:, : len(samples)], order="C")
             for lane, run in enumerate(self._runs):
@@ -520,6 +511,11 @@ def _clocks(runs: Sequence[RunParameters], channel: Channel) -> Clocks:
             # (m3): not before the record.
             deviations[lane] = np.maximum(deviations[lane] - delay, -time)
     return Clocks(record, deviations)
+
+
+def steps_per_control(run: RunParameters) -> int:
+    """Number of steps per sample of the controller."""
+    return round(run.control.sample_time / run.record.step)
 
 
 LOOP = "position_feedback"
@@ -549,3 +545,28 @@ def feedback_noise(run: RunParameters) -> NDArray[np.float64] | None:
     if sensor.hum:
         noise += hum(record.step * steps, sensor.hum, sensor.hum_frequency, hum_phase(run, "position_sensor"))
     return noise
+
+
+def reading_errors(
+    run: RunParameters, steps: NDArray[np.int64], noise: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    """Error of the position before the converter, at the given steps.
+
+    Parameters
+    ----------
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+    noise : ndarray, shape (n_control,), optional
+        Noise at each sample of the controller [m]; by default none.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Bias, drift and noise [m]; zero if the controller reads the true position.
+    """
+    if not run.control.is_measured:
+        return np.zeros(steps.shape)
+    sensor = run.position_sensor
+    errors = np.asarray(sensor.bias + sensor.drift * run.record.step * steps, dtype=float)
+    # The noise of a sample is held until the controller takes the next.
+    return errors if noise is None else errors + noise[steps // steps_per_control(run)]

@@ -1,1 +1,0 @@
-"""Equations of motion as machine code, batched over lanes."""

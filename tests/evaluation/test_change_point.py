@@ -38,8 +38,7 @@ def test_onset_and_limit_lie_in_their_intervals(model, law):
         truth = wear.worn(seed, N_DAY, law, "AR(1) 0.5")
         draws = model.draws(truth.scores, 1000)
         onset, reached = (
-            Estimate.of(each, 0.9, draws.spacing)
-            for each in (draws.onset, draws.reached(truth.limit))
+            Estimate.of(each, 0.9, draws.spacing) for each in (draws.onset, draws.reached(truth.limit))
         )
         n_onset += onset.low <= truth.onset <= onset.high
         n_limit += reached.low <= truth.reached <= reached.high

@@ -11,14 +11,13 @@ from typing import Any
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.trained import configuration
-from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.request import (
+from hydrofdi.detectors.trained.configuration import (
     config_of,
-    fleet_at,
     options_of_machine,
     require_same_score,
     setting_keys,
 )
+from hydrofdi.detectors.trained.file import Made, fleet_at
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.simulated import SimulatedRecords

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -14,6 +15,7 @@ from hydrofdi.detectors import rules
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import Indicator, Output
+from hydrofdi.indicators.overview import Indicators
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Array, Channel
@@ -363,3 +365,39 @@ def _choose(chosen: Any, source: Source) -> None:
         raise ConfigError([source.mistake((_INDICATORS,), f"choose an indicator{hint}")])
     source.data["indicator"] = made[label].name
     source.data["options"] = made[label].options.model_dump(exclude_unset=True)
+
+
+def options_of_machine(stated: DetectorConfig, made: Mapping[str, Indicator[Any]]) -> DetectorConfig:
+    """A detector whose options are those of indicators that were made for the machine of the records."""
+    if stated.score is None:
+        (options,) = (each.options.model_dump(exclude_unset=True) for each in made.values())
+        return stated.model_copy(update={"options": options})
+    return stated.model_copy(update={"indicators": stated.indicators | stated_indicators(made)})
+
+
+def require_same_score(stated: DetectorConfig, fleet: DetectorConfig) -> None:
+    """Check that settings beside a fleet only concern the false-alarm rate."""
+    free = {*rules.Promise.model_fields, "chart", "compensate", "accept"}
+    for name in DetectorConfig.model_fields.keys() - free:
+        if getattr(stated, name) != getattr(fleet, name):
+            raise ConfigError(f"fleet: its file has {name}, so that the score is the same; leave it out")
+
+
+def setting_keys() -> dict[str, tuple[str, ...]]:
+    """Keyword of `train`, and option of the command → key of `DetectorConfig`."""
+    keys: dict[str, tuple[str, ...]] = {
+        name: ("window", name) for name in WindowConfig.model_fields if name != "channel"
+    }
+    keys["window"] = keys.pop("duration")
+    keys |= {name: ("chart", name) for name in ("chart", "false_alarm_every")}
+    return {name: (name,) for name in DetectorConfig.model_fields} | keys
+
+
+def config_of(given: Indicators) -> str | PathLike[str] | Mapping[str, Any]:
+    """The configuration of a detector; labels with options, and lists of names, are its ``indicators``."""
+    if isinstance(given, str | PathLike):
+        return given
+    keys = {"indicators", "extends", *DetectorConfig.model_fields}
+    if isinstance(given, Mapping) and not keys.isdisjoint(given):
+        return given
+    return {"indicators": given}

@@ -9,7 +9,7 @@ from typing import Any
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table
 from hydrofdi.report.detection.record import detection_records, study_record
-from hydrofdi.studies.left import Left
+from hydrofdi.studies.healthy import Left
 from hydrofdi.studies.records import Detection
 from hydrofdi.tables.table import Table
 

@@ -30,8 +30,8 @@ from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords
 from hydrofdi.store.results import read_results
+from hydrofdi.studies.detecting import winner_settings
 from hydrofdi.studies.healthy import HealthyRecords
-from hydrofdi.studies.winner import winner_settings
 from hydrofdi.version import __version__
 
 

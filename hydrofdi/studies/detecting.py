@@ -231,11 +231,11 @@ def judge_chart(
         except NotStatedError as refusal:
             yield replace(each, refusals=(str(refusal),))
             continue
-        found, refusals = dict[Population, AlarmLimit](), []
+        false_alarms, refusals = dict[Population, AlarmLimit](), []
         for population in (tested for kind in _SOUND for tested in records.chosen(kind, is_fit=False)):
             try:
                 of = FalseAlarms(chart, scores[records.rows(population)], traces.interval)
-                found[population] = of.at(limit.value, confidence=confidence)
+                false_alarms[population] = of.at(limit.value, confidence=confidence)
             except NotStatedError as refusal:
                 refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
         yield replace(
@@ -243,7 +243,7 @@ def judge_chart(
             centre=centre,
             spread=spread,
             limit=limit,
-            false_alarms=found,
+            false_alarms=false_alarms,
             delays=tuple(_delays(traces, scores, chart, limit, rules)),
             refusals=tuple(refusals),
         )
@@ -259,17 +259,17 @@ def _delays(
         if not rows.size:
             continue
         onset = traces.onset[rows]
-        found = delays(chart, limit.value, scores[rows], traces.time, onset)
+        of_leaks = delays(chart, limit.value, scores[rows], traces.time, onset)
         yield LeakDelay(
             population,
             float(np.mean(traces.flow[rows])),
-            int(np.isfinite(found.values).sum()),
+            int(np.isfinite(of_leaks.values).sum()),
             rows.size,
-            int(found.n_early.sum()),
-            found.not_measurable,
+            int(of_leaks.n_early.sum()),
+            of_leaks.not_measurable,
             float(traces.time[-1] - onset.max()),
-            found.quantile(0.5, confidence=rules.confidence),
-            found.quantile(rules.probability, confidence=rules.confidence),
+            of_leaks.quantile(0.5, confidence=rules.confidence),
+            of_leaks.quantile(rules.probability, confidence=rules.confidence),
         )
 
 
@@ -337,7 +337,7 @@ def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
     }
     if is_constant and (faults := records.chosen(Kind.FAULT, is_fit=False)):
         populations[FAULTS] = np.sort(np.concatenate([*map(records.rows, faults)]))
-    found, without = [], []
+    lines, without = [], []
     for name in data.columns:
         label, _, quantity = name.rpartition(".")
         has_truth = quantity == "internal_coefficient" or data.experiment.fluid.is_constant
@@ -350,11 +350,11 @@ def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
         truth, estimate, deviation = (np.asarray(own[records.runs], dtype=float) for own in columns)
         scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
         error, deviation = (estimate - truth) / scale, deviation / scale
-        found += [
+        lines += [
             _row(label, quantity, population, error[rows], deviation[rows], confidence)
             for population, rows in populations.items()
         ]
-    return Estimates(tuple(found), confidence, is_constant, tuple(without))
+    return Estimates(tuple(lines), confidence, is_constant, tuple(without))
 
 
 def _row(

@@ -79,10 +79,10 @@ class HealthyRecords:
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """Healthy records."""
-        self.n_taken, self.left_out, found = 0, LeftOut(), set[str]()
+        self.n_taken, self.left_out, labels_seen = 0, LeftOut(), set[str]()
         copies, names = Copies(), list[str]()
         for source in self.sources:
-            for batch in self._of_source(source, found):
+            for batch in self._of_source(source, labels_seen):
                 self.left_out.n_rejected += len(batch.rejected)
                 for each in batch.rejected[:1]:
                     first = f"{each.record_id}: {each.remark.message}"
@@ -91,13 +91,13 @@ class HealthyRecords:
                 self.n_taken += distinct.n_record
                 if distinct.n_record:
                     yield distinct if labels else replace(distinct, labels=None)
-        require_labels((("healthy", label) for label in self.healthy), found)
+        require_labels((("healthy", label) for label in self.healthy), labels_seen)
 
-    def _of_source(self, source: RecordSource, found: set[str]) -> Iterator[RecordBatch]:
+    def _of_source(self, source: RecordSource, labels_seen: set[str]) -> Iterator[RecordBatch]:
         experiment = experiment_of(source)
         if experiment is None:
             for batch in source.batches(labels=True):
-                found |= set(batch.labels or ())
+                labels_seen |= set(batch.labels or ())
                 yield self._healthy(source, batch)
             return
         runs: Any = source

@@ -69,9 +69,9 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
         )
         for population, own in faulty.items()
     )
-    found: dict[str, Any] = {}
+    detected: dict[str, Any] = {}
     if stated is not None and floor is not None and faulty:
-        found = detectability(list(faulty.values()), stated, floor, rules, case.notes, n_tried)
+        detected = detectability(list(faulty.values()), stated, floor, rules, case.notes, n_tried)
     case.remark_missing(faulty)
     case.remark_equal(fit)
     return Judgement(
@@ -84,7 +84,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
         healthy_pairs=case.healthy_pairs(fit, direction),
         refusals=tuple(dict.fromkeys(case.notes.refusals)),
         remarks=tuple(dict.fromkeys(case.notes.remarks)),
-        **found,
+        **detected,
     )
 
 
@@ -194,10 +194,10 @@ class _Case:
 
     def remark_equal(self, fit: Part) -> None:
         """Add a remark if records look like one record counted several times."""
-        found = fit.scores[~np.isnan(fit.scores)]
-        if found.size > 1 and np.all(found == found[0]):
+        known = fit.scores[~np.isnan(fit.scores)]
+        if known.size > 1 and np.all(known == known[0]):
             self.notes.remarks.append(
-                f"all {found.size} healthy fit records have the same score: rates and intervals hold for"
+                f"all {known.size} healthy fit records have the same score: rates and intervals hold for"
                 " independent records, and these may be one record"
             )
 

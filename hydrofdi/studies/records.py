@@ -310,12 +310,12 @@ class ChartJudgement:
 
         None if its records are not watched, or not long enough.
         """
-        found = self.false_alarms.get(population)
-        if found is None:
+        tested = self.false_alarms.get(population)
+        if tested is None:
             return None
-        if found.high < self.false_alarm_every:
+        if tested.high < self.false_alarm_every:
             return False
-        return True if found.duration >= time_needed(self.false_alarm_every, found.confidence) else None
+        return True if tested.duration >= time_needed(self.false_alarm_every, tested.confidence) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,11 +360,11 @@ def ranked(judgements: Sequence[Judgement], *, is_labelled: bool = False) -> tup
 
 
 def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
-    area, found = judgement.middle_area, comparable(found_from(judgement))
+    area, smallest = judgement.middle_area, comparable(found_from(judgement))
     suspicion = 0.0 if math.isnan(area) else comparable(area)
-    second = float(len(judgement.scored.channels)) if math.isfinite(found) else -_largest_rate(judgement)
+    second = float(len(judgement.scored.channels)) if math.isfinite(smallest) else -_largest_rate(judgement)
     kept = _RANK_BY_RATE[judgement.keeps_its_rate]
-    return kept, found, second, -suspicion, judgement.scored.name
+    return kept, smallest, second, -suspicion, judgement.scored.name
 
 
 def _place_by_control(judgement: Judgement) -> tuple[bool, bool, float, float, float, str]:
@@ -405,9 +405,9 @@ def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
     ]
     return frozenset(
         name
-        for name, channels, found in able
+        for name, channels, smallest in able
         if not any(
-            others <= channels and other <= found and (others < channels or other < found)
+            others <= channels and other <= smallest and (others < channels or other < smallest)
             for _, others, other in able
         )
     )
@@ -589,14 +589,14 @@ def nuisances_of(
         response = notes.unless_refused(
             lambda: pod.Response(healthy, scores, severity, confidence=confidence)
         )
-    found = []
+    nuisances = []
     for name, values in own.items():
         spread = notes.unless_refused(partial(pod.relative_spread, values, healthy, confidence=confidence))
         imitated = None
         if response is not None:
             imitated = notes.unless_refused(partial(response.imitated, values, own[NOTHING]))
-        found.append(Nuisance(name, spread, imitated))
-    return found, [*dict.fromkeys(notes.refusals)]
+        nuisances.append(Nuisance(name, spread, imitated))
+    return nuisances, [*dict.fromkeys(notes.refusals)]
 
 
 def _severity(records: StudyRecords, population: Population) -> float:

@@ -141,10 +141,10 @@ Made = TypeVar("Made")
 
 def plain_data(rule: Any) -> dict[str, Any]:
     """A dataclass of arrays, numbers and such dataclasses as plain data for JSON."""
-    found = {field.name: getattr(rule, field.name) for field in fields(rule)}
+    content = {field.name: getattr(rule, field.name) for field in fields(rule)}
     return {
         name: plain_data(value) if is_dataclass(value) else np.asarray(value).tolist()
-        for name, value in found.items()
+        for name, value in content.items()
     }
 
 

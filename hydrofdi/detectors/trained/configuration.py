@@ -195,8 +195,8 @@ class Feature:
         """The numbers among the values of all outputs, shape (n_record, n_number)."""
         everything: Any = slice(None)
         own = [
-            measured[f"{label}.{output.name}"][(everything, *place)]
-            for label, output, place in self.numbers.values()
+            measured[f"{label}.{output.name}"][(everything, *index)]
+            for label, output, index in self.numbers.values()
         ]
         return np.stack(own, axis=1)
 
@@ -232,11 +232,11 @@ def _numbers(
     indicators: Mapping[str, Indicator[Any]], *, only_scores: bool
 ) -> dict[str, tuple[str, Output, tuple[int, ...]]]:
     return {
-        f"{label}.{output.name}{''.join(f'[{part}]' for part in place)}": (label, output, place)
+        f"{label}.{output.name}{''.join(f'[{part}]' for part in index)}": (label, output, index)
         for label, each in indicators.items()
         for output in each.outputs
         if output.is_score or not only_scores
-        for place in np.ndindex(tuple(output.dims.values()))
+        for index in np.ndindex(tuple(output.dims.values()))
     }
 
 

@@ -402,7 +402,7 @@ def detector_text(file: DetectorFile) -> str:
     """Detector file as readable JSON: SI, lists of numbers on one line."""
     record = file.model_dump(mode="json", by_alias=True)
     text = json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    return _NUMBERS_PER_LINE.sub(lambda found: "[" + " ".join(found[1].split()) + "]", text)
+    return _NUMBERS_PER_LINE.sub(lambda numbers: "[" + " ".join(numbers[1].split()) + "]", text)
 
 
 def load_detector(path: Path) -> DetectorFile:
@@ -456,8 +456,8 @@ def _read(path: Path) -> bytes:
 
 
 def _mistake(error: Any) -> tuple[str, str]:
-    place = tuple(part for part in error["loc"] if part != "[key]")
-    return dotted(place), describe_error(error, known_keys(DetectorFile, place[:-1]))
+    path = tuple(part for part in error["loc"] if part != "[key]")
+    return dotted(path), describe_error(error, known_keys(DetectorFile, path[:-1]))
 
 
 def _shown(text: str) -> str:
@@ -486,8 +486,8 @@ def _inconsistencies(file: DetectorFile) -> Iterator[tuple[str, str]]:
             where, _, text = str(error).partition(": ")
             yield where, text
     for label, indicator in file.feature.indicators.items():
-        if indicator.version != (found := file.indicator_versions.get(label)):
-            text = f"{label} has version {indicator.version} here, not {found}; train it again"
+        if indicator.version != (version := file.indicator_versions.get(label)):
+            text = f"{label} has version {indicator.version} here, not {version}; train it again"
             yield "indicator_versions", text
     if missing := sorted(file.feature.channels - set(file.channels)):
         yield "channels", f"{file.score_name} needs {missing[0]}, which is missing"

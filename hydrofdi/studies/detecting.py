@@ -96,10 +96,8 @@ def winner(detection: Detection, sensors: Collection[str] = ()) -> Judgement | N
     Changes since an earlier record cannot be trained: a detector judges each record by itself.
     """
     for judgement in detection.judgements:
-        scored = judgement.scored
-        names = [scored.name] if scored.made_by is None else [*scored.made_by.of, *scored.made_by.by]
-        is_change = any(name.endswith(CHANGE) for name in names)
-        if judgement.keeps_its_rate and within(scored, sensors) and not is_change:
+        is_change = any(name.endswith(CHANGE) for name in judgement.scored.numbers)
+        if judgement.keeps_its_rate and within(judgement.scored, sensors) and not is_change:
             return judgement
     return None
 
@@ -119,8 +117,7 @@ def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules:
         label, _, output = scored.name.partition(".")
         options = made[label].options.model_dump(mode="json")
         return settings | {"indicator": made[label].name, "options": options, "output": output}
-    names = [*scored.made_by.of, *scored.made_by.by]
-    used = dict.fromkeys(name.partition(".")[0] for name in names)
+    used = dict.fromkeys(name.partition(".")[0] for name in scored.numbers)
     indicators = stated_indicators({label: made[label] for label in used}, in_full=True)
     return settings | {"indicators": indicators, "score": scored.made_by.model_dump(mode="json")}
 
@@ -434,10 +431,9 @@ def winner_settings(stored: ExperimentData, sensors: Sequence[str]) -> dict[str,
         )
     if not found_from(best) < math.inf:
         _log.warning(f"{best.scored.name} finds none of the tested leaks nine times in ten")
-    study, made_by = stored.experiment.study, best.scored.made_by
-    numbers = [best.scored.name] if made_by is None else [*made_by.of, *made_by.by]
+    study = stored.experiment.study
     is_drawn = study is not None and "wavelet.phase" in study.population.per_record
-    if is_drawn and any(number.startswith("dwt.") for number in numbers):
+    if is_drawn and any(number.startswith("dwt.") for number in best.scored.numbers):
         _log.warning(
             f"{best.scored.name}: the study draws the start phase of the wavelet, windows of a detector all"
             " start at one, so its rates may differ; wavelet: {phase: 0} in the study makes them equal"

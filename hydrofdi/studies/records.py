@@ -55,6 +55,11 @@ class Scored:
     indicator: str = ""
     made_by: ScoreConfig | None = None
 
+    @property
+    def numbers(self) -> list[str]:
+        """Names of the numbers that it combines; its own if it is one."""
+        return [self.name] if self.made_by is None else [*self.made_by.of, *self.made_by.by]
+
 
 @dataclass(frozen=True, eq=False)
 class StudyRecords:

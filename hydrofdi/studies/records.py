@@ -457,6 +457,10 @@ def part(records: StudyRecords, scored: Scored, populations: Collection[Populati
     return Part(scored.values[rows], records.severity[rows], groups)
 
 
+SIGNIFICANCE = 0.05
+"""Significance level of the goodness-of-fit test: a curve with a smaller p-value is not used."""
+
+
 @dataclass(frozen=True, eq=False)
 class TestedLevels:
     """Levels of nominal severity, ascending; all true severities are known.
@@ -506,18 +510,30 @@ class TestedLevels:
             count += (1 + bool(comparable(span) >= 2.0)) * (0.01 < round(rise, 6) < 0.99)
         return count >= 2
 
-    def with_one_miss_more(self) -> Array | None:
-        """Outcomes with one miss added in the smallest level that is always detected.
+    def curves(self, outcomes: Array, floor: float) -> list[pod.PodCurve]:
+        """Curves on both axes, the more likely first; two levels have the same likelihood on both."""
+        axes: tuple[pod.AxisName, ...] = ("log", "linear")
+        log, linear = (
+            pod.probability_of_detection(self.severity, outcomes, false_alarm_rate=floor, axis=axis)
+            for axis in axes
+        )
+        return [log, linear] if log.log_likelihood >= linear.log_likelihood - 1e-6 else [linear, log]
 
-        The miss is at the largest severity of the level. None if no level is always detected.
+    def curves_with_one_miss_more(self, floor: float) -> list[pod.PodCurve]:
+        """Curves fitted with one detection fewer; none if these have no slope either.
+
+        It is the one at the largest severity of the smallest level that is always detected. More hits never
+        worsen a bound, so the bound of these curves is valid.
         """
         outcomes, first = self.outcomes.copy(), 0
-        for level, hits, total in zip(self.levels, self.tally.hits, self.tally.total, strict=True):
-            if hits == total:
+        for level, misses in zip(self.levels, self.tally.misses, strict=True):
+            if not misses:
                 outcomes[first + int(np.argmax(level.severity))] = 0.0
-                return outcomes
+                curves = self.curves(outcomes, floor)
+                is_described = not pod.lack_of_fit(curves[0]) < SIGNIFICANCE
+                return curves if is_described and self.lie_on_the_rise(curves[0]) else []
             first += level.severity.size
-        return None
+        return []
 
     def bound(self, probability: float, confidence: float) -> pod.DetectableSeverity:
         """Last level whose one-sided limit of the detection rate meets a probability."""

@@ -12,8 +12,7 @@ import numpy as np
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.inputs import input_voltage
 from hydrofdi.simulation.lanes import WIDTH, pack_singles
-from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import detail_rms
+from hydrofdi.transforms import WaveletConfig, detail_rms
 
 LARGEST_LEAKAGE_COEFFICIENT = 2.0e-8
 """K_i [m^3.5/kg^0.5] that leaks about 2 L/min."""

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from jobs import Job, parameter_vector, voltage
 
-from hydrofdi.physics.equation import NEGLIGIBLE
+from hydrofdi.physics import NEGLIGIBLE
 
 
 @numba.njit(cache=True)

@@ -18,8 +18,8 @@ import yaml
 
 import hydrofdi
 from hydrofdi.api.sources import open_records
+from hydrofdi.indicators.estimation.whole_record import likeliest_wrong
 from hydrofdi.indicators.selection import make_indicators, of_machine
-from hydrofdi.indicators.wrong_sheet import likeliest_wrong
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 PAPER = {"kind": "flow_balance", "spool": "command", "supply": "sum", "null_leakage": "0.5 L/min"}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.config import RunParameters
-from hydrofdi.physics import control
+from hydrofdi.physics import valve
 from hydrofdi.physics.valve import acting_voltage
 from hydrofdi.simulation import hydraulics, inputs, kernel, sensing
 from hydrofdi.simulation.balances import Trajectory
@@ -143,12 +143,12 @@ class _Record:
         c = self._single[0]
         position = float(self._state[0])
         if self._options.measured_feedback:
-            position = control.converted(
+            position = valve.converted(
                 c["reading_gain"][0] * position + self._reading_errors[step],
                 c["lowest_reading"][0], c["highest_reading"][0], c["reading_resolution"][0],
             )  # fmt: skip
         error = float(self.reference[step] - position)
-        self._voltage, self._integral = control.pid_step(
+        self._voltage, self._integral = valve.pid_step(
             error, self._error, self._integral, c["proportional_gain"][0], c["integral_gain"][0],
             c["derivative_gain"][0], c["sample_time"][0], c["voltage_limit"][0],
         )  # fmt: skip

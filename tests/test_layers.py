@@ -41,10 +41,10 @@ HOMES = {
     "h5py": ("store/", "records/array_reader.py"),
     "asammdf": ("records/array_reader.py",),
     "nptdms": ("records/array_reader.py",),
-    "pywt": ("transforms/", "indicators/catalogue/", "config/sections/analysis.py"),
+    "pywt": ("transforms.py", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
-    "yaml": ("settings/yaml_source.py", "config/loading.py"),
+    "yaml": ("settings/files.py", "config/loading.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("tables/table.py", "records/files.py"),
     "xarray": ("api/", "tables/table.py"),
@@ -58,7 +58,7 @@ HOMES = {
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua.py",),
     "cryptography": ("monitor/opcua.py",),
-    "fmpy": ("fmi.py",),
+    "fmpy": ("fmi/",),
     "prometheus_client": ("monitor/metrics.py",),
 }
 """Outside library → where it may be imported."""

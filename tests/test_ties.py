@@ -5,8 +5,8 @@ import pytest
 from indicators.signals import P1, P2, U, X, batch, measured
 
 from hydrofdi.indicators import make_indicators
-from hydrofdi.indicators.catalogue.stft import _lines
-from hydrofdi.indicators.single_channel import half_periods, jumps
+from hydrofdi.indicators.catalogue.spectra import _lines
+from hydrofdi.indicators.catalogue.transients import half_periods, jumps
 from hydrofdi.monitor.opcua import Joiner, NodeValue
 from hydrofdi.records.cutting import Stroke, edges, find_stroke, short_stroke
 from hydrofdi.records.recording import Recording, _resampled

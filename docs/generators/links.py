@@ -23,7 +23,6 @@ _PAGES = {
     r"configs/(.+)\.yaml": r"reference/configurations/\1.md",
     r"docs/deploy": "monitoring-states.md",
     r"hydrofdi/indicators/catalogue": "reference/indicators.md",
-    r"hydrofdi/indicators/(?:catalogue|models)/(\w+)\.py": r"reference/indicators.md#\1",
     r"results/table3(/table3\.md)?": "reference/table3.md",
 }
 """Pattern of files or folders of the repository → the page of the site that shows them."""

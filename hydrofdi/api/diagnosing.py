@@ -10,7 +10,7 @@ from hydrofdi.api.sources import Described, open_records
 from hydrofdi.diagnosis.answer import Diagnosis
 from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.overview import Indicators, indicators_of
+from hydrofdi.indicators.selection import Indicators, indicators_of
 from hydrofdi.records import Channel
 from hydrofdi.settings.arguments import Names, Texts, names_of
 from hydrofdi.studies.healthy import HealthyRecords, is_of_study

@@ -19,9 +19,8 @@ from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.rules import Rules, load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.overview import Indicators, indicators_of
-from hydrofdi.indicators.record_measures import measure_sources, used_channels
-from hydrofdi.indicators.selection import assumed_plants, of_machine
+from hydrofdi.indicators.measuring import measure_sources, used_channels
+from hydrofdi.indicators.selection import Indicators, assumed_plants, indicators_of, of_machine
 from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.evaluation import EvaluationAnswer
 from hydrofdi.settings.arguments import Names, Texts, names_of
@@ -57,7 +56,7 @@ class Evaluation(EvaluationAnswer):
         Parameters
         ----------
         figure : str
-            ``densities``, ``roc``, ``false_alarms``; with known leaks also ``answer``, ``ranking``, ``pod``.
+            ``densities``, ``roc``; with known leaks also ``answer``, ``ranking``, ``pod``.
 
         Raises
         ------

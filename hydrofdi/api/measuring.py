@@ -8,11 +8,16 @@ from typing import Any
 
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.overview import Indicators, indicators_of, indicators_table
-from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures, measure_sources, used_channels
+from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import describe, indicator_names
-from hydrofdi.indicators.selection import assumed_plants, of_machine
-from hydrofdi.report.forms.measures import measures_table
+from hydrofdi.indicators.selection import (
+    Indicators,
+    assumed_plants,
+    indicators_of,
+    indicators_table,
+    of_machine,
+)
+from hydrofdi.report.measures import measures_table
 from hydrofdi.settings.arguments import Names, Texts, refusal
 from hydrofdi.tables.table import Table
 
@@ -95,7 +100,7 @@ def write_measures(
     path: Path, form: str, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     """Write what was measured, whole or not at all, as ``csv``, ``json`` or ``parquet``."""
-    from hydrofdi.report.forms.measures import OWN, csv_lines, json_parts, write_parquet
+    from hydrofdi.report.measures import OWN, csv_lines, json_parts, write_parquet
     from hydrofdi.store.files import require_own, whole_file
 
     require_own(path, OWN[form], "a table of measured indicators")

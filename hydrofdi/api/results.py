@@ -221,14 +221,14 @@ class Results:
 
     def to_latex(self) -> str:
         """The answers of the report as tables for LaTeX, as ``hydrofdi report --format latex`` has them."""
-        from hydrofdi.report.forms.page import render_latex
+        from hydrofdi.report.page import render_latex
 
         with shown_in(self.data.experiment.units):
             return render_latex(self.composed.document())
 
     def report(self) -> Markdown:
         """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""
-        from hydrofdi.report.forms.page import render_markdown
+        from hydrofdi.report.page import render_markdown
 
         with shown_in(self.data.experiment.units):
             return Markdown(render_markdown(self.composed.document()))

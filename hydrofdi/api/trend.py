@@ -22,8 +22,7 @@ from hydrofdi.diagnosis.trends import History, estimate
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.indicators.overview import Indicators, indicators_of
-from hydrofdi.indicators.selection import assumed_plants, of_machine
+from hydrofdi.indicators.selection import Indicators, assumed_plants, indicators_of, of_machine
 from hydrofdi.records.times import FIRST_DATE, instant
 from hydrofdi.settings.arguments import positive_of, refusal
 from hydrofdi.settings.messages import nearest
@@ -40,7 +39,7 @@ class Trend(TrendAnswer):
 
     def plot(self) -> Figure:
         """The points, the level with its interval, the onset, the limit and when it is reached."""
-        from hydrofdi.report.figures.trend import draw_trend
+        from hydrofdi.report.figures.signals import draw_trend
 
         return draw_trend(**self.drawing())
 

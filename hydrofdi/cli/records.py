@@ -18,7 +18,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
+    from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 
 _MOST_FAULTS, _MOST_ROWS, _FEW_RECORDS = 4, 20, 3
 """Most faults that are explained; most records, scores and pairs of groups; and most records beside each
@@ -58,7 +58,7 @@ def measure(
     from hydrofdi.api.measuring import measured_records
     from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
-    from hydrofdi.indicators.overview import Counted
+    from hydrofdi.indicators.measuring import Counted
 
     chosen_form = _form("json" if json else form, out)
     said = Described(settings.get("sampling_frequency"))
@@ -91,7 +91,7 @@ def _write(
     form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
     from hydrofdi.api.measuring import write_measures
-    from hydrofdi.report.forms.measures import csv_lines, json_parts
+    from hydrofdi.report.measures import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
     if out is not None:
@@ -105,7 +105,7 @@ def _write(
 
 def _measures(columns: Sequence[MeasuredOutput], records: Iterator[RecordMeasures]) -> Iterator[Any]:
     """The first records, and how many there are."""
-    from hydrofdi.report.forms.measures import measures_table, upright
+    from hydrofdi.report.measures import measures_table, upright
 
     shown = [*islice(records, _MOST_ROWS)]
     n_record = len(shown) + sum(1 for _ in records)

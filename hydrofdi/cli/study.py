@@ -202,8 +202,7 @@ def report(
             metavar="NAME",
             help="Draw this figure to --out FILE (.png, .svg, .pdf), or to NAME.svg. Any sweep: responses,"
             " sensitivity (heat maps over two parameters). A study of detection: answer, ranking, pod, roc,"
-            " false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
-            " phases, scenarios.",
+            " densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4, phases.",
         ),
     ] = None,
     check: Annotated[
@@ -237,13 +236,13 @@ def report(
             tell(f"drew {target}: {write_figure(made, target, figure.stem)}")
             out = None if target == out else out
         if html:
-            from hydrofdi.report.forms.page import write_page
+            from hydrofdi.report.page import write_page
 
             page = page or made.path.with_suffix(".html")
             write_page(made, page)
             tell(f"wrote {page}")
         if out is not None:
-            from hydrofdi.report.forms.page import write_all_forms
+            from hydrofdi.report.page import write_all_forms
 
             lines = [*write_all_forms(made, out)]
             lost = [line for line in lines if not line.startswith("wrote ")]
@@ -262,7 +261,7 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
 
 
 def _print(made: ComposedReport, form: str, full: bool) -> None:
-    from hydrofdi.report.forms.page import render_json, render_latex, render_markdown
+    from hydrofdi.report.page import render_json, render_latex, render_markdown
     from hydrofdi.tables.answer import Reply
     from hydrofdi.tables.table import Table
 

@@ -15,7 +15,7 @@ import linecache
 import os
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial, wraps
 from importlib.metadata import version
@@ -25,7 +25,53 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from hydrofdi.compilation.symbols import is_dynamic, recorded
-from hydrofdi.physics.equation import EQUATIONS, FAST_MATH
+from hydrofdi.physics import EQUATIONS, FAST_MATH
+
+
+@cache
+def cache_directory(room: str) -> Path | None:
+    """Cache folder of the compiled kernels of a package in its present version; as `own_cache`."""
+    return own_cache(f"kernel-{_source_hash(room)}")
+
+
+def own_cache(name: str) -> Path | None:
+    """A folder of the cache; None if there is no writable one that belongs to this user alone.
+
+    Nothing is kept then.
+    """
+    folder = _cache_root() / name
+    try:
+        for made in (*reversed(folder.parents), folder):  # parents=True would ignore the mode
+            made.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    usable = stat.S_ISDIR(status.st_mode) and belongs_here(status) and os.access(folder, os.W_OK | os.X_OK)
+    return folder if usable else None
+
+
+def belongs_here(status: os.stat_result) -> bool:
+    """Whether a file or folder belongs to this user, and nobody else may write it."""
+    return status.st_uid == os.geteuid() and not status.st_mode & 0o022
+
+
+def _cache_root() -> Path:
+    if own := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(own)
+    user = os.environ.get("XDG_CACHE_HOME")
+    home = Path(user) if user else Path(os.path.expanduser("~")) / ".cache"
+    return home / "hydrofdi"
+
+
+def _source_hash(room: str) -> str:
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    rooms = sorted({"compilation", "physics", room})
+    modules = (file for each in rooms for file in package.glob(f"{each}.py"))
+    for file in sorted([*modules, *(file for each in rooms for file in (package / each).rglob("*.py"))]):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., None])
 _Call = Callable[..., object]
@@ -93,9 +139,10 @@ def _prepared(
 ) -> _Call:
     if not _can_link():
         raise OSError("this process cannot resolve the C library")
-    folder = cache_directory(room_of(function))
+    package, _, module = function.__module__.partition(".")
     # the name of the folder covers the sources of hydrofdi alone
-    is_own = function.__module__.startswith("hydrofdi.")
+    is_own = package == "hydrofdi"
+    folder = cache_directory(module.partition(".")[0] if is_own else "simulation")
     source = "" if is_own else "".join(linecache.getlines(function.__code__.co_filename))
     name = f"{function.__name__}-{_digest(repr((source, key, *_machine())).encode()).hex()}.o"
     code = _read(folder / name) if folder else None
@@ -212,7 +259,7 @@ def _link(code: bytes, arguments: tuple[Any, ...]) -> _Call:
     engine.add_object_file(binding.ObjectFileRef.from_data(code))
     engine.finalize_object()
     pointer = ctypes.c_void_p
-    prototype = ctypes.CFUNCTYPE(ctypes.c_int32, pointer, pointer, *_c_types(arguments))
+    prototype = ctypes.CFUNCTYPE(ctypes.c_int32, pointer, pointer, *map(_c_type, _parts(arguments)))
     entry = prototype(engine.get_function_address(_SYMBOL))
     results = (ctypes.c_void_p * 2)()
     result, failure = ctypes.addressof(results), ctypes.addressof(results) + ctypes.sizeof(pointer)
@@ -226,20 +273,13 @@ def _link(code: bytes, arguments: tuple[Any, ...]) -> _Call:
     return call
 
 
-def _c_types(values: tuple[Any, ...]) -> Iterator[Any]:
-    """ctypes types of `_parts`, in the same order."""
-    for value in values:
-        if isinstance(value, np.ndarray):
-            yield from (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
-            yield from (ctypes.c_int64,) * (2 * value.ndim)
-        elif isinstance(value, tuple):
-            yield from _c_types(value)
-        elif isinstance(value, float):
-            yield ctypes.c_double
-        elif isinstance(value, bool):
-            yield ctypes.c_bool
-        else:
-            yield ctypes.c_void_p if value is None else ctypes.c_int64
+def _c_type(part: Any) -> Any:
+    """ctypes type of one of `_parts`; an address is passed like an integer."""
+    if part is None:
+        return ctypes.c_void_p
+    if isinstance(part, float):
+        return ctypes.c_double
+    return ctypes.c_bool if isinstance(part, bool) else ctypes.c_int64
 
 
 def _parts(values: tuple[Any, ...]) -> list[Any]:
@@ -286,48 +326,3 @@ def room_of(function: Callable[..., object]) -> str:
     """Package of hydrofdi whose sources a function uses; ``simulation`` for functions from elsewhere."""
     parts = function.__module__.split(".")
     return parts[1] if parts[0] == "hydrofdi" and len(parts) > 1 else "simulation"
-
-
-@cache
-def cache_directory(room: str) -> Path | None:
-    """Cache folder of the compiled kernels of a package in its present version; as `own_cache`."""
-    return own_cache(f"kernel-{_source_hash(room)}")
-
-
-def own_cache(name: str) -> Path | None:
-    """A folder of the cache; None if there is no writable one that belongs to this user alone.
-
-    Nothing is kept then.
-    """
-    folder = _cache_root() / name
-    try:
-        for made in (*reversed(folder.parents), folder):  # parents=True would ignore the mode
-            made.mkdir(mode=0o700, exist_ok=True)
-        status = folder.lstat()
-    except OSError:
-        return None
-    usable = stat.S_ISDIR(status.st_mode) and belongs_here(status) and os.access(folder, os.W_OK | os.X_OK)
-    return folder if usable else None
-
-
-def belongs_here(status: os.stat_result) -> bool:
-    """Whether a file or folder belongs to this user, and nobody else may write it."""
-    return status.st_uid == os.geteuid() and not status.st_mode & 0o022
-
-
-def _cache_root() -> Path:
-    if own := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(own)
-    user = os.environ.get("XDG_CACHE_HOME")
-    home = Path(user) if user else Path(os.path.expanduser("~")) / ".cache"
-    return home / "hydrofdi"
-
-
-def _source_hash(room: str) -> str:
-    package = Path(__file__).parents[1]
-    digest = hashlib.sha256()
-    rooms = sorted({"compilation", "physics", room})
-    modules = (file for each in rooms for file in package.glob(f"{each}.py"))
-    for file in sorted([*modules, *(file for each in rooms for file in (package / each).rglob("*.py"))]):
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]

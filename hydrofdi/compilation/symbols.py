@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from hydrofdi.physics.equation import FAST_MATH
+from hydrofdi.physics import FAST_MATH
 
 ir: Any
 _REAL: Any

@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, model_validator
 
 from hydrofdi.physics.cylinder import STANDARD_GRAVITY
-from hydrofdi.physics.oil import COOLING, Oil
-from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.physics.fluid import COOLING, Oil
+from hydrofdi.physics.hydraulic_mode import steady_speed
 from hydrofdi.physics.valve import clearance_conductance
 from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.quantities import SI, Section

@@ -20,14 +20,13 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.faults import AbsentIndicator
 from hydrofdi.indicators.nominal_actuator import from_sheet
-from hydrofdi.indicators.plugins import load_plugin, sources_in
-from hydrofdi.indicators.registry import FROM_FILES, sound_indicator
+from hydrofdi.indicators.registry import FROM_FILES, load_plugin, sound_indicator, sources_in
 from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS
 from hydrofdi.settings.files import Source
 from hydrofdi.settings.messages import first_reason, nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 from hydrofdi.units import parse_quantity, parse_unit
 
 Indicators = Mapping[str, Indicator[Any]]

@@ -18,11 +18,9 @@ from hydrofdi.config.study import WatchedChart
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.rules import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.plugins import load_plugins
-from hydrofdi.indicators.recursive import RecursiveIndicator
-from hydrofdi.indicators.registry import sound_indicator
-from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
+from hydrofdi.indicators.contract import Indicator, RecursiveIndicator
+from hydrofdi.indicators.registry import label_mistake, load_plugins, sound_indicator
+from hydrofdi.indicators.selection import chosen_options, make_chosen
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import (
     Source,
@@ -35,7 +33,7 @@ from hydrofdi.settings.files import (
     validated,
 )
 from hydrofdi.settings.messages import brief, nearest
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 from hydrofdi.units import parse_unit, stated_unit
 
 

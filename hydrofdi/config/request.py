@@ -20,10 +20,10 @@ from hydrofdi.config.sections.analysis import AnalysisConfig
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sections.plant import PARAMETERS, PlantConfig, foreign_value, is_foreign
 from hydrofdi.physics.cylinder import pressure_force
-from hydrofdi.physics.steady_state import rest_pressures
+from hydrofdi.physics.hydraulic_mode import rest_pressures
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section, field_quantity
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 
 class RunParameters(Section):

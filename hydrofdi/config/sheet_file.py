@@ -10,7 +10,7 @@ from typing import Any
 
 from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, CylinderSheet
 from hydrofdi.config.loading import load_experiment
-from hydrofdi.physics.oil import KELVIN
+from hydrofdi.physics.fluid import KELVIN
 from hydrofdi.records.data_sheet import StatedMachine, data_sheet_lines
 from hydrofdi.settings.files import Source, parse_yaml, ready_folder, scalar, validated
 from hydrofdi.settings.files import plain as plain_data

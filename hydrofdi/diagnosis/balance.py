@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, window_equations
+from hydrofdi.indicators.balancing import VolumeBalance, counting_windows, window_equations
+from hydrofdi.indicators.catalogue.balances import BalanceOptions
 from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, weak_weights
-from hydrofdi.physics.equation import signed_root
+from hydrofdi.physics import signed_root
 from hydrofdi.records import Array, RecordBatch
 
 N_PLACE = 6

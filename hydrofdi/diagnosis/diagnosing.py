@@ -12,7 +12,8 @@ import numpy as np
 from hydrofdi.diagnosis.history import FEWEST, history_of, history_of_sheet
 from hydrofdi.diagnosis.judging import NAMED, Finding, Judge
 from hydrofdi.errors import DataError
-from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
+from hydrofdi.indicators.balancing import P1, P2, X
+from hydrofdi.indicators.catalogue.balances import BalanceOptions
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, pairs, sketch_of

@@ -9,7 +9,8 @@ import numpy as np
 
 from hydrofdi.diagnosis.balance import CAUSES, LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
 from hydrofdi.errors import DataError
-from hydrofdi.indicators.balancing import P1, P2, BalanceOptions
+from hydrofdi.indicators.balancing import P1, P2
+from hydrofdi.indicators.catalogue.balances import BalanceOptions
 from hydrofdi.records import Array, RecordBatch
 
 FORCES = ("coulomb", "viscous", "force", "stiffness")

@@ -23,7 +23,7 @@ from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.execution.compute import Job, compute_columns, split_jobs
-from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
+from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import (
     FIGURES,
     Distinct,
@@ -32,7 +32,7 @@ from hydrofdi.quality.machine import (
     step_limits,
     too_long_sentence,
 )
-from hydrofdi.report.wording import modulus_column
+from hydrofdi.report.runs import modulus_column
 from hydrofdi.settings.messages import K_I_UNIT, counted, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.messages import plain as plain_number
 from hydrofdi.simulation.calibration import leakage_coefficients

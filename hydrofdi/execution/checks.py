@@ -17,8 +17,8 @@ from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.detectors.charts import time_needed
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
-from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.quality.machine import Distinct, at_speed, is_near_band_edge, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other

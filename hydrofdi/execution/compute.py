@@ -18,8 +18,7 @@ from hydrofdi.config.experiment import DEFAULT_ANALYSIS, Analysis, Indicators, S
 from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, halves, run_halving
 from hydrofdi.errors import Issue
-from hydrofdi.indicators.measuring import Seconds, measure
-from hydrofdi.indicators.record_measures import used_channels
+from hydrofdi.indicators.measuring import Seconds, measure, used_channels
 from hydrofdi.quality.doubts import Simulated, assess_runs, how_records_settle, pressure_features
 from hydrofdi.quality.machine import hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.records import RecordBatch

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Annotated, Generic, Literal, TypeVar
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.estimation import flow_by_place, weak_rls
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
     UNKNOWNS,
@@ -26,9 +25,7 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     windows_before,
 )
 from hydrofdi.indicators.faults import FLUID, POSITIVE
-from hydrofdi.indicators.nominal_actuator import PlantConstant
-from hydrofdi.indicators.nominal_plant import UncertainActuator
-from hydrofdi.indicators.single_channel import alternating_side
+from hydrofdi.indicators.nominal_actuator import UncertainActuator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.units import BELOW
@@ -131,13 +128,13 @@ def _known_balance(options: WindowOptions, records: RecordBatch) -> Balance:
 
 def follow_equations(
     options: WindowOptions, records: RecordBatch, columns: Array, targets: Array, counts: Array,
-    due: NDArray[np.int64], priors: Array, decays: Array,
+    due: NDArray[np.int64], priors: Array, decay: float,
 ) -> Array:  # fmt: skip
-    """Estimates (n_record, n_memory, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
-    found = np.full((records.n_record, decays.size, due.size, weak_rls.N_ESTIMATE), np.nan)
-    state = weak_rls.new_state(records.n_record, decays.size, targets.shape[2])
+    """Estimates (n_record, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
+    found = np.full((records.n_record, due.size, weak_rls.N_ESTIMATE), np.nan)
+    state = weak_rls.new_state(records.n_record, targets.shape[2])
     weak_rls.follow_windows(
-        columns, targets, counts, due, priors, options.assumptions(records), decays, state,
+        columns, targets, counts, due, priors, options.assumptions(records), decay, state,
         weak_rls.new_scratch(), found,
     )  # fmt: skip
     return found
@@ -146,11 +143,8 @@ def follow_equations(
 MOST_PRIOR = 0.81
 """Variance of K_i over that of its prior from which on the record does not determine it."""
 
-_FITS = 1.1
+FITS = 1.1
 """Largest misfit of a model that explains a record."""
-
-_REWEIGHTING = 4
-"""Number of reweighting iterations if the estimate is robust."""
 
 
 class WindowOptions(UncertainActuator):
@@ -210,40 +204,13 @@ class WindowOptions(UncertainActuator):
         return f"{max(n_window, 0)} windows are too few for a balance" if n_window < 8 else None
 
 
-class BalanceOptions(WindowOptions):
-    """Options of `BalanceIndicator`."""
-
-    spool: Literal["measured", "command", "square"] = "measured"  # type: ignore[assignment]
-    """Spool position: ``measured``; computed from the input voltage with the nominal valve (``command``); or
-    a ``square`` wave that switches with the period of the drive or, if that is unknown, at the jumps of
-    P_1."""
-
-    drive_amplitude: Annotated[float, SI("V", above=0), PlantConstant("spool", ("square",))] = 2.0
-    """Amplitude of the input voltage [V], for ``spool: square``."""
-
-    leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 0.1 / 60.0
-    """Prior standard deviation of the leakage flow, about zero [m³/s]."""
-
-    robust: bool = False
-    """Whether windows that fit poorly get less weight, such as those in which a force on the piston jumps."""
-
-    def spool_position(self, records: RecordBatch) -> Array:
-        """x_v [m], also for ``spool: square``."""
-        if self.spool != "square":
-            return super().spool_position(records)
-        return self.spool_gain * self.drive_amplitude * alternating_side(records, records[P1])
-
-
-Chosen = TypeVar("Chosen", bound=BalanceOptions)
-
-
-_TAKEN_UP, _TAKEN_UP_BY_SPRING = 0.1, 0.6
+TAKEN_UP, TAKEN_UP_BY_SPRING = 0.1, 0.6
 """Share of a change of the clearance that K_i takes up, at most: on leaky valves of real-rig 0.03 with a
 position sensor and 0.57 without."""
 
 
 @cache
-def balance_outputs(reference_pressure: float, taken_up: float = _TAKEN_UP) -> tuple[Output, ...]:
+def balance_outputs(reference_pressure: float, taken_up: float = TAKEN_UP) -> tuple[Output, ...]:
     """Outputs of a volume balance, with the leakage at a reference pressure difference [Pa]."""
     at, rising = f"at {reference_pressure / 1e6:g} MPa", Direction.RISING
     return (
@@ -288,7 +255,7 @@ def balance_outputs(reference_pressure: float, taken_up: float = _TAKEN_UP) -> t
         Output.quality("clearance_error", "m^3/(s*Pa)", "standard deviation of the clearance"),
         Output(
             "misfit", "1", "RMS of the residuals of the balances, over the option 'error'",
-            is_score=False, possible=(0.0, _FITS), is_fit=True,
+            is_score=False, possible=(0.0, FITS), is_fit=True,
         ),
         Output(
             "departure", "1", "largest deviation of an unknown from the data sheet, over its prior deviation",
@@ -342,80 +309,6 @@ _FREE = ("internal_coefficient", "supply")
 """Unknowns that no data sheet states well."""
 
 
-class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
-    """Maximum a posteriori estimate of leakage and actuator parameters from a record."""
-
-    absence = "the balance does not determine the leakage"
-    needs_scale = True
-    by_spring = False
-
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """Without the position if the spring replaces it."""
-        return self.options.channels - ({X} if self.by_spring else set())
-
-    @property
-    def outputs(self) -> tuple[Output, ...]:
-        """Estimates, most of them with standard deviations."""
-        taken_up = _TAKEN_UP_BY_SPRING if self.by_spring else _TAKEN_UP
-        return balance_outputs(self.options.reference_pressure, taken_up)
-
-    def obstacle(self, records: RecordBatch) -> str | None:
-        """Message if there are too few windows."""
-        return self.options.lack_of_windows(records)
-
-    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Estimates in SI, each (n_record,)."""
-        options, balance = self.options, VolumeBalance(records, self.options, self.by_spring)
-        deviations, supply = options.deviations(records), np.mean(balance.supply, axis=1)[:, None]
-        columns, targets = balance.equations(balance.spool)
-        counts = counting_windows(balance.spool, records.sampling_frequency, options)
-        weights = np.ones(targets.shape)
-        for _ in range(_REWEIGHTING if options.robust else 0):
-            found = self._found(records, columns, targets, counts, weights)
-            left = targets - np.sum(columns * found[:, None, None, :N_UNKNOWN], axis=3)
-            weights = _robust_weights(left * counts[:, :, None])
-        found = self._found(records, columns, targets, counts, weights)
-        if self.by_spring:
-            # The valve flow of an open window stands for that of the piston.
-            flow = np.abs(columns[:, :, 0, UNKNOWNS.index("flow_gain")]) * counts
-            of_forces = _FORCES * np.sum(flow, axis=1) / np.maximum(np.sum(counts, axis=1), 1.0)
-            of_forces *= records.sampling_frequency / options.half_window
-            _add_error(found, of_forces, math.sqrt(options.reference_pressure))
-        elif not options.robust:
-            (first, second), priors = balance.pressures, np.zeros((records.n_record, N_UNKNOWN))
-            flows = flow_by_place.mean_flows(
-                (columns, targets, counts), priors, options.assumptions(records), balance.position,
-                first - second, options.half_window, records.sampling_frequency,
-            )  # fmt: skip
-            found[:, (weak_rls.MEAN, weak_rls.MEAN_ERROR)] = np.stack(flows, axis=1)
-        values = named_estimates(options, found[:, None], supply, deviations)
-        # A model that does not explain the record does not determine the leakage either: the misfit says so.
-        is_prior = (found[:, weak_rls.UNDETERMINED] > MOST_PRIOR) & (values["misfit"][:, 0] < _FITS)
-        return {name: np.where(is_prior, np.nan, array[:, 0]) for name, array in values.items()}
-
-    def _found(
-        self, records: RecordBatch, columns: Array, targets: Array, counts: Array, weights: Array
-    ) -> Array:
-        """Estimates (n_record, N_ESTIMATE) from weighted equations."""
-        roots, n_record = np.sqrt(weights), records.n_record
-        due, priors = np.array([columns.shape[1]]), np.zeros((n_record, 1, N_UNKNOWN))
-        columns, targets = columns * roots[..., None], targets * roots
-        found = follow_equations(self.options, records, columns, targets, counts, due, priors, np.ones(1))
-        return found[:, 0, 0]
-
-
-_FORCES = 0.03
-"""Relative deviation of the piston's speed if it is that of a spring: friction and other forces vary, too."""
-
-
-def _add_error(found: Array, flow: Array, root: float) -> None:
-    """Add the deviation of a flow (n_record,) to those of the estimates (n_record, N_ESTIMATE), in place."""
-    leak = N_UNKNOWN + UNKNOWNS.index("internal_coefficient")
-    for place, unit in ((leak, root), (weak_rls.COMBINED_ERROR, 1.0), (weak_rls.MEAN_ERROR, 1.0)):
-        found[:, place] = np.hypot(found[:, place], flow / unit)
-
-
 def counting_windows(spool: Array, frequency: float, options: WindowOptions) -> Array:
     """1 for windows with the valve open to one side and without a jump, else 0; (n_record, n_window)."""
     # The trapezoidal rule fails at a jump and at a kink, such as that of a spool that lags a jump.
@@ -438,17 +331,3 @@ def counting_windows(spool: Array, frequency: float, options: WindowOptions) -> 
     n_block = spool.shape[1] // half
     in_block = closed[:, : n_block * half].reshape(-1, n_block, half).any(axis=2)
     return np.asarray(~(in_block[:, :-1] | in_block[:, 1:]), dtype=float)
-
-
-def _robust_weights(left: Array) -> Array:
-    """Weight of each equation: 1/(1 + z²)², with z the residual over three robust standard deviations.
-
-    Geman and McClure, Bull. Int. Stat. Inst. 52 (1987) 5. Residuals of zero do not count in the median.
-    """
-    size = np.abs(left).reshape(len(left), -1)
-    with np.errstate(all="ignore"):
-        middle = np.array(
-            [np.median(np.extract(row > 0.0, row)) if np.any(row > 0.0) else 1.0 for row in size]
-        )
-        weights: Array = 1.0 / np.square(1.0 + np.square(left / (3.0 * 1.4826 * middle[:, None, None])))
-    return weights

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter
 
-from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.errors import Issue
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.messages import shown_quantity
@@ -38,11 +38,6 @@ def raised(indicator: Indicator[Any], error: Exception) -> FaultyIndicatorError:
     return FaultyIndicatorError(f"indicator {indicator.name!r} raised {what}{_place(indicator, error)}")
 
 
-def gives_infinite(indicator: Indicator[Any]) -> str:
-    """Message for a record whose values from an indicator are all infinite."""
-    return f"indicator {indicator.name!r} gives infinite numbers"
-
-
 def tells_fault(obstacle: str) -> bool:
     """Whether an obstacle is a fault of the indicator, not of the record."""
     return obstacle.startswith("indicator '")
@@ -56,44 +51,24 @@ def _place(indicator: Indicator[Any], error: Exception) -> str:
     return f" ({Path(code.co_filename).name}:{lines[-1]})" if code and lines else ""
 
 
-def require_sound_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -> None:
-    """Check the values of an indicator against its declared outputs."""
-    fault = _fault_of_outputs(measured, indicator, n_record)
-    if fault:
-        raise FaultyIndicatorError(f"indicator {indicator.name!r} gives {fault}")
-
-
-def _fault_of_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -> str:
+def fault_of_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -> str:
+    """How the values of an indicator differ from its declared outputs; empty if they do not."""
     if not isinstance(measured, Mapping):
         return f"{type(measured).__name__}, not a mapping of its outputs"
     expected = {output.name: (n_record, *output.dims.values()) for output in indicator.outputs}
     for name in {**expected, **measured}:
-        found = measured.get(name)
+        found: Any = measured.get(name)
         if name not in expected:
             return f"{name!r}, which is not one of its outputs"
-        if not isinstance(found, np.ndarray) or found.shape != expected[name] or found.dtype.kind != "f":
-            kind = (
-                f"{found.dtype} of shape {found.shape}"
-                if isinstance(found, np.ndarray)
-                else type(found).__name__
-            )
+        is_array = isinstance(found, np.ndarray)
+        if not is_array or found.shape != expected[name] or found.dtype.kind != "f":
+            kind = f"{found.dtype} of shape {found.shape}" if is_array else type(found).__name__
             return f"{name!r} as {kind}, not as real floating-point numbers of shape {expected[name]}"
     return ""
 
 
-def made_soundly(kind: type[Indicator[Any]], name: str, options: Section) -> Indicator[Any]:
-    """Make an indicator and check its declaration."""
-    try:
-        indicator = kind(options)
-        fault = _fault_of_declaration(indicator)
-    except Exception as error:
-        raise ConfigError(f"indicator {name!r} is faulty: {type(error).__name__}: {error}") from error
-    if fault:
-        raise ConfigError(f"indicator {name!r} is faulty: {fault}")
-    return indicator
-
-
-def _fault_of_declaration(indicator: Indicator[Any]) -> str:
+def fault_of_declaration(indicator: Indicator[Any]) -> str:
+    """What is wrong with the channels and outputs that an indicator declares; empty if nothing is."""
     if not all(isinstance(channel, Channel) for channel in frozenset(indicator.channels)):
         return "its channels are not a set of Channel"
     outputs = tuple(indicator.outputs)

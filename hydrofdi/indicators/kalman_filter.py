@@ -1,23 +1,213 @@
-"""Base of the Kalman filter indicators: one filter per record."""
+"""Base of the Kalman filter indicators, extended or unscented: one filter per record."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
+from hydrofdi.compilation.object_code import kernel
+from hydrofdi.indicators.contract import RecursiveIndicator, RecursiveOptions
 from hydrofdi.indicators.estimation import ekf
-from hydrofdi.indicators.estimation.kalman_stream import N_SUM, Streams, follow
-from hydrofdi.indicators.estimation.plant import N_STATE, PER_MINUTE, STATES
-from hydrofdi.indicators.estimation.tuning import Tuning
-from hydrofdi.indicators.nominal_plant import NominalPlant
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions
+from hydrofdi.indicators.estimation.ekf import correct, predict
+from hydrofdi.indicators.estimation.plant import (
+    N_MEASURED,
+    N_STATE,
+    PER_MINUTE,
+    STATES,
+    Plant,
+    Tuning,
+    find_path,
+    spool_transition,
+)
+from hydrofdi.indicators.estimation.ukf import correct_unscented, predict_unscented
+from hydrofdi.indicators.nominal_actuator import UncertainActuator
+from hydrofdi.physics import equation
 from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.data_sheet import MachineSheet, PlantConstant
 from hydrofdi.settings.quantities import SI
+
+N_SUM = 4
+"""Number of sums over the samples since the last estimate: ν²/s; ν² of the pressures [MPa²]; dν/s and d²/s,
+with d the signature: the change of innovation ν from a leak of 1 L/min since the start."""
+
+
+class Streams(NamedTuple):
+    """State of the filters of all streams.
+
+    `mean` (n_stream, n_state) is NaN if the filter diverged; `covariance`, of an unscented filter its root;
+    `sums` (n_stream, N_SUM), of an unscented filter the first; `spool`: position and velocity of the nominal
+    spool [mm, mm/s].
+    """
+
+    mean: Array
+    covariance: Array
+    sums: Array
+    spool: Array
+
+
+@equation
+def begin(mean: Array, covariance: Array, measured: Array, prior: Array) -> None:
+    """Initialise a filter at its first sample: at rest at the measured position."""
+    for i in range(mean.size):
+        mean[i] = measured[i] if i < N_MEASURED else 0.0
+        for j in range(mean.size):
+            covariance[i, j] = prior[i] if i == j else 0.0
+
+
+@equation
+def variance(covariance: Array, spread: float | None, i: int) -> float:
+    """Variance of an estimate from the covariance, or from its root."""
+    total = covariance[i, i]
+    if spread is not None:
+        total = 0.0
+        for j in range(covariance.shape[1]):
+            total += covariance[i, j] * covariance[i, j]
+    return total  # type: ignore[no-any-return]
+
+
+@equation
+def give_up_unless_sound(mean: Array, covariance: Array, limits: Array, spread: float | None) -> None:
+    """Set an estimate to NaN if it exceeds physical limits, or a variance is negative or not finite."""
+    sound = True
+    for i in range(mean.size):
+        sound &= abs(mean[i]) <= limits[i]
+        sound &= 0.0 <= variance(covariance, spread, i) < np.inf
+    if not sound:
+        for i in range(mean.size):
+            mean[i] = np.nan
+
+
+@kernel
+def follow(
+    streams: Streams, measured: Array, drive: Array, supply: Array, tuning: Tuning, every: int,
+    means: Array, variances: Array, sums: Array, signature: Array | None, spread: float | None, work: Any,
+) -> None:  # fmt: skip
+    """Process records from the zero state of their streams, which is updated in place.
+
+    `measured` (n_stream, n_sample, N_MEASURED): P_1, P_2 [MPa] and x_p [mm]; `drive` (n_stream, n_sample):
+    static spool position under the command, or the measured one [mm]; `supply` [MPa]. `means`, `variances`
+    (n_stream, n_estimate, N_STATE) and `sums` (…, N_SUM) since the estimate before are filled after every
+    `every` samples.
+
+    Extended filters have a `signature` (n_stream, N_STATE), the error of the estimates per L/min of leakage
+    that they do not model; unscented ones a `spread` of the sigma points, in √n standard deviations. The
+    other is None; `work` is the workspace of the filter.
+    """
+    for k in range(measured.shape[0]):
+        mean, covariance, own = streams.mean[k], streams.covariance[k], streams.sums[k]
+        spool = streams.spool[k]
+        for t in range(measured.shape[1]):
+            if t == 0:
+                begin(mean, covariance, measured[k, t], tuning.prior)
+                spool[0], spool[1] = drive[k, t], 0.0
+            else:
+                is_open = find_path(spool, drive[k, t - 1], drive[k, t], tuning, work.path)
+                if signature is not None:
+                    predict(mean, covariance, signature[k], supply[k, t - 1], tuning, work)
+                    correct(mean, covariance, signature[k], own, measured[k, t], is_open, tuning, work)
+                if spread is not None:
+                    predict_unscented(mean, covariance, spread, supply[k, t - 1], tuning, work)
+                    own[0] += correct_unscented(mean, covariance, measured[k, t], is_open, tuning, work)
+                give_up_unless_sound(mean, covariance, tuning.limits, spread)
+            if (t + 1) % every == 0:
+                estimate = t // every
+                for i in range(mean.size):
+                    means[k, estimate, tuning.places[i]] = mean[i]
+                    variances[k, estimate, tuning.places[i]] = variance(covariance, spread, i)
+                for j in range(own.size):
+                    sums[k, estimate, j], own[j] = own[j], 0.0
+
+
+class NominalPlant(UncertainActuator, MachineSheet):
+    """An uncertain actuator whose motion is predicted from one sample to the next."""
+
+    spool: Literal["command", "measured"] = "command"
+    """Spool position. ``command``: computed from the input voltage, held between samples, with the nominal
+    valve. ``measured``: interpolated linearly between its measured positions."""
+
+    supply: Literal["auto", "measured", "nominal"] = "auto"
+    """Initial supply pressure of the estimate. ``measured``: its channel. ``nominal``:
+    ``supply_pressure``. ``auto``: measured if available, else nominal."""
+
+    load_stiffness: Annotated[float, SI("N/m", least=0, most=1e12), PlantConstant()] = 150e3
+    """Stiffness K_ex of the spring that loads the piston [N/m]."""
+
+    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14
+    """Standard deviation of the conductance of the clearance at each valve edge [m³/(s·Pa)]; not from the
+    null leakage, because a clearance as free as that makes K_i scatter more."""
+
+    friction: Literal["random_walk", "model"] = "random_walk"
+    """Resisting force on the piston. ``random_walk``: an estimated force for friction and load together.
+    ``model``: the nominal friction plus such a force."""
+
+    velocity_threshold: Annotated[float, SI("m/s", above=0)] = 10e-3
+    """Speed v_th below which dry friction is linear [m/s], for ``friction: model``; larger than that of a
+    real actuator, so that the substeps can resolve it."""
+
+    substeps: Annotated[int, Field(strict=True, ge=1, le=100)] = 4
+    """Runge-Kutta steps per sample; at 500 Hz, four steps of 0.5 ms."""
+
+    reference_pressure: Annotated[float, SI("Pa", least=1e4, most=2e8)] = 8e6
+    """Pressure difference at which leakage flows are stated [Pa]."""
+
+    @model_validator(mode="after")
+    def _breakaway_is_largest(self) -> NominalPlant:
+        if self.breakaway_friction < self.coulomb_friction:
+            raise ValueError("breakaway_friction is less than coulomb_friction")
+        return self
+
+    @property
+    def plant(self) -> Plant:
+        """Nominal parameters in estimator units."""
+        (area_1, area_2), (volume_1, volume_2) = self.areas, self.volumes
+        return Plant(
+            mass=1e-3 * self.mass,
+            area_1=1e6 * area_1,
+            area_2=1e6 * area_2,
+            volume_1=1e9 * volume_1,
+            volume_2=1e9 * volume_2,
+            stiffness=1e-3 * self.load_stiffness,
+            bulk_modulus=1e-6 * self.bulk_modulus,
+            ret=1e-6 * self.return_pressure,
+            reference_pressure=1e-6 * self.reference_pressure,
+            flow_gain=1e6 * self.flow_gain,
+            area_gradient=1e3 * self.area_gradient,
+            coulomb=self.coulomb_friction,
+            breakaway=self.breakaway_friction,
+            viscous=1e-3 * self.viscous_friction,
+            transition=1e-3 * self.friction_transition,
+            velocity_threshold=1e3 * self.velocity_threshold,
+            has_friction_model=True if self.friction == "model" else None,
+        )
+
+    def spool_transition(self, sampling_frequency: float) -> Array:
+        """State transition matrix of the spool over half a Runge-Kutta step, shape (2, 2)."""
+        half_step = 0.5 / (sampling_frequency * self.substeps)
+        return spool_transition(2.0 * np.pi * self.natural_frequency, self.damping_ratio, half_step)
+
+    def spool_drive(self, records: RecordBatch) -> Array:
+        """Static spool position under the command, or the measured one [mm], shape (n_record, n_time)."""
+        if self.spool == "measured":
+            return 1e3 * records[Channel.SPOOL_POSITION]
+        return 1e3 * self.spool_gain * records[Channel.INPUT_VOLTAGE]
+
+    def supply_of(self, records: RecordBatch) -> Array:
+        """Measured or nominal supply pressure [MPa], shape (n_record, n_time)."""
+        if self.measures_supply(records):
+            return 1e-6 * records[Channel.SUPPLY_PRESSURE]
+        any_channel = next(iter(records.channels.values()))
+        return np.full(any_channel.shape, 1e-6 * self.supply_pressure)
+
+    def measures_supply(self, records: RecordBatch) -> bool:
+        """Whether the supply pressure is measured."""
+        return self.supply_known_by(records) == "measured"
+
 
 Parameter = Literal[
     "leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance", "bias_1", "bias_2"
@@ -188,7 +378,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the state of a filter, in the order of `Streams`, and the signature."""
         of_mean = {"mean": (N_STATE,), "covariance": (N_STATE, N_STATE)}
-        return of_mean | {"sums": (N_SUM,), "spool": (2,), "held": (2,), "signature": (N_STATE,)}
+        return of_mean | {"sums": (N_SUM,), "spool": (2,), "signature": (N_STATE,)}
 
     def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
         """Filter the records."""

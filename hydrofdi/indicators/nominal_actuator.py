@@ -1,19 +1,21 @@
-"""Actuator that an indicator assumes: its data sheet, and how its valve and supply are known."""
+"""Actuator that an indicator assumes: data sheet, uncertainty, and how valve and supply are known."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.compilation.object_code import kernel
+from hydrofdi.physics.valve import clearance_conductance
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.data_sheet import DataSheet, PlantConstant
-from hydrofdi.settings.quantities import Section, field_quantity
-
-__all__ = ["NominalActuator", "PlantConstant"]
+from hydrofdi.settings.quantities import SI, Section, field_quantity
+from hydrofdi.units import ABOVE, BELOW
 
 
 def plant_constants(options: Section) -> dict[str, str]:
@@ -111,7 +113,6 @@ class NominalActuator(DataSheet):
         self, records: RecordBatch, total: Array, unclear: NDArray[np.bool_], every: int, least_gain: float
     ) -> Array:
         """P_s [Pa]; if it is the ``sum``, `follow_means` of the `total` (n_record, n_time)."""
-        from hydrofdi.indicators.estimation.valve_use import follow_means  # loads the compiler
 
         match self.supply_known_by(records):
             case "measured":
@@ -142,3 +143,158 @@ def _held_command_filter(
     continuous = np.array([rate**2]), np.array([1.0, 2.0 * damping_ratio * rate, rate**2])
     numerator, denominator, _ = cont2discrete(continuous, 1.0 / sampling_frequency)
     return numerator[0], denominator, lfilter_zi(numerator[0], denominator)
+
+
+Share = Annotated[float, SI("1", least=0, most=1e3)]
+
+_USUAL_LEAKAGE = 0.03
+"""Null leakage over rated flow of a valve of which neither is stated: the order of catalogue limits."""
+
+_SUPPLY = {"measured": 2e-3, "sum": 0.02, "nominal": 0.04}
+
+
+class UncertainActuator(NominalActuator):
+    """A nominal actuator and prior standard deviations of its parameters; zero means exactly known."""
+
+    bulk_modulus_deviation: Share = 0.3
+    """Relative standard deviation of 1/β [-]."""
+
+    chamber_volume_deviation: Share = 0.02
+    """Relative standard deviation of the chamber volumes [-]. It is added in full to the deviation of β,
+    because pressures determine only β/V. This is too wide if the estimated flow gain and lap absorb the
+    volume error instead, as in balances under a square wave in open loop."""
+
+    flow_gain_deviation: Share = 0.025
+    """Relative standard deviation of the flow through the open valve [-]."""
+
+    supply_deviation: Share | None = None
+    """Relative standard deviation of the supply pressure [-]; by default 0.002 if measured, 0.04 if nominal,
+    and 0.02 if from the pressures."""
+
+    offset_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.5e-6
+    """Standard deviation of the spool position at which the valve is closed, about zero [m]."""
+
+    lap_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.6e-6
+    """Standard deviation of the lap x_0 of the valve, about zero [m]."""
+
+    clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] | None = None
+    """Standard deviation of the conductance of the clearance at each valve edge, about zero [m³/(s·Pa)]; by
+    default that of the null leakage, q_0/(P_s − P_r)."""
+
+    edge_gain_deviation: Share = 0.03
+    """Standard deviation of the gain of each metering edge relative to the others [-]."""
+
+    edge_lap_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 1.2e-6
+    """Standard deviation of the lap of each metering edge relative to the others [m]."""
+
+    return_deviation: Annotated[float, SI("Pa", least=0, most=2e8)] = 0.4e6
+    """Standard deviation of the return pressure [Pa]."""
+
+    free_air_deviation: Share = 0.01
+    """Standard deviation of the volume share of free air at atmospheric pressure, about zero [-]."""
+
+    supply_resistance_deviation: Annotated[float, SI("Pa*s/m^3", least=0, most=1e15)] = 2e9
+    """Standard deviation of the drop of the supply pressure over the flow drawn, about zero [Pa·s/m³]."""
+
+    pressure_bias: Annotated[float, SI("Pa", least=0, most=2e8)] = 25e3
+    """Standard deviation of the constant error of each chamber pressure sensor [Pa]."""
+
+    def bulk_modulus_error(self, modulus: Array, error: Array) -> Array:
+        """Standard deviation of β [Pa], from the one that assumes nominal chamber volumes."""
+        return np.asarray(np.hypot(error, self.chamber_volume_deviation * modulus))
+
+    @property
+    def largest_clearance(self) -> float:
+        """Conductance of the clearance at each edge of a valve with the largest null leakage [m³/(s·Pa)]."""
+        if self.clearance_deviation is not None:
+            return self.clearance_deviation
+        flow = _USUAL_LEAKAGE * self.rated_flow if self.null_leakage is None else self.null_leakage
+        return clearance_conductance(flow, self.supply_pressure, self.return_pressure)
+
+    def prior_deviations(self, records: RecordBatch, n_pressure: int) -> dict[str, float]:
+        """Unknown → prior standard deviation; infinite for K_i. Known parameters are omitted."""
+        usual = _SUPPLY[self.supply_known_by(records)]
+        deviations = {
+            "internal_coefficient": math.inf,
+            "compressibility": self.bulk_modulus_deviation / self.bulk_modulus,
+            "flow_gain": self.flow_gain_deviation,
+            "supply": usual if self.supply_deviation is None else self.supply_deviation,
+            "offset": self.offset_deviation,
+            "lap": self.lap_deviation,
+            "clearance": self.largest_clearance,
+            "bias_1": self.pressure_bias,
+            "bias_2": self.pressure_bias if n_pressure == 2 else 0.0,
+            "return_pressure": self.return_deviation,
+            "free_air": self.free_air_deviation,
+            "supply_resistance": self.supply_resistance_deviation,
+            "gain_by_direction": 0.5 * self.edge_gain_deviation,
+            "gain_by_feeding": 0.5 * self.edge_gain_deviation,
+            "gain_by_chamber": 0.5 * self.edge_gain_deviation if n_pressure == 2 else 0.0,
+            "lap_by_feeding": 0.5 * self.edge_lap_deviation,
+            "lap_by_chamber": 0.5 * self.edge_lap_deviation if n_pressure == 2 else 0.0,
+        }
+        return {name: deviation for name, deviation in deviations.items() if deviation > 0.0}
+
+
+Flags = NDArray[np.bool_]
+
+_NO_JUMP_YET = 1e9
+"""Number of samples since the last jump, before the first jump."""
+
+
+@kernel
+def mark_unclear(
+    spool: Array, n_start: int, least_opening: float, least_jump: float, n_settling: int, unclear: Flags
+) -> None:
+    """Mark samples at the start, with the valve almost closed, or soon after a jump of the spool.
+
+    `spool` and `unclear` (n_record, n_time); the first `n_start` samples are excluded. The valve is almost
+    closed within `least_opening` of its centre, and where it crosses it; 0 excludes nothing. A jump
+    is a travel above `least_jump` between two samples [m]; `n_settling` samples from it on, at least the one
+    that shows it, are excluded.
+    """
+    n_after = n_settling if n_settling > 1 else 1
+    for r in range(spool.shape[0]):
+        last, since_jump = spool[r, 0], _NO_JUMP_YET
+        for i in range(spool.shape[1]):
+            x = spool[r, i]
+            since_jump = 0.0 if abs(x - last) > ABOVE * least_jump else since_jump + 1.0
+            is_closed = abs(x) < BELOW * least_opening or (x > 0.0) != (last > 0.0)
+            is_unclear = i < n_start or since_jump < n_after
+            last = x
+            unclear[r, i] = is_unclear or (least_opening > 0.0 and is_closed)
+
+
+@kernel
+def count_windows(unclear: Flags, half: int, counts: Array) -> None:
+    """Fill 1 for each window (n_record, n_window) without an unclear sample, else 0."""
+    for r in range(counts.shape[0]):
+        for window in range(counts.shape[1]):
+            counts[r, window] = 1.0
+            for i in range(window * half, (window + 2) * half):
+                if unclear[r, i]:
+                    counts[r, window] = 0.0
+
+
+@kernel
+def follow_means(
+    signal: Array, unclear: Flags, every: int, least_gain: float, first: float, means: Array
+) -> None:
+    """Fill the mean of the clear blocks of a signal before each sample, with exponential forgetting.
+
+    Signal, `unclear` and `means` (n_record, n_time); a block of `every` samples with an unclear one is
+    excluded. The weight of a new block is at least `least_gain`; before it is reached, one over the number of
+    blocks. The mean before the first block is `first`.
+    """
+    for r in range(signal.shape[0]):
+        total, n_clear, n_block, mean = 0.0, 0.0, 0.0, first
+        for i in range(signal.shape[1]):
+            means[r, i] = mean
+            total += signal[r, i]
+            n_clear += 0.0 if unclear[r, i] else 1.0
+            if i % every == every - 1:
+                if n_clear == every:
+                    n_block += 1.0
+                    gain = 1.0 / n_block if least_gain * n_block < 1.0 else least_gain
+                    mean += gain * (total / every - mean)
+                total = n_clear = 0.0

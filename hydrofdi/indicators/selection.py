@@ -1,9 +1,9 @@
-"""Selection of indicators and their options."""
+"""Selection of indicators and their options, in any form that users give, and their list."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -12,38 +12,18 @@ from pydantic import ValidationError
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
-from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
-from hydrofdi.records import RecordSource
+from hydrofdi.indicators.registry import (
+    Description,
+    indicator_kind,
+    indicator_names,
+    label_mistake,
+    sound_indicator,
+)
+from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.files import Keys as KeyPath
-from hydrofdi.settings.files import Source, located, read_extended
+from hydrofdi.settings.files import Source, located, plain, read_extended
 from hydrofdi.settings.messages import describe_error, nearest
-
-LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
-
-_IN_FILES = """
-run time level phase run_id record_id status message verdict bulk_modulus fixed_baseline_run
-matched_baseline_run internal_leakage_level internal_leakage_coefficient internal_leakage_flow
-chamber_1_pressure chamber_2_pressure piston_position piston_velocity spool_position input_voltage
-reference_position load_force valve_supply_pressure detail_rms approximation_rms phase_detail_rms
-settled_detail_rms settled_approximation_rms settled_phase_detail_rms settled_from settling_change
-mean_chamber_1_pressure mean_internal_leakage_flow mean_external_leakage_flow_1 mean_external_leakage_flow_2
-chamber_1_pressure_min chamber_1_pressure_max chamber_2_pressure_min chamber_2_pressure_max
-piston_position_min piston_position_max above_supply_share cavitating_share clipped_share pressure_variation
-unusual_share volume_residual energy_residual hydraulic_mode_frequency hydraulic_mode_damping_ratio
-"""
-
-TAKEN = frozenset(_IN_FILES.split())
-"""Variables and dimensions of an experiment file."""
-
-
-def label_mistake(label: object, of: str = "an indicator") -> str | None:
-    """Message if a label is not valid, else None."""
-    if not isinstance(label, str) or not re.fullmatch(LABEL_PATTERN, label):
-        rule = "letters, digits, '_' and '-', beginning with a letter, at most 64"
-        return f"is not a valid label of {of} ({rule})"
-    if label in TAKEN:
-        return "is the name of a variable of experiment files; choose another label and add 'kind: NAME'"
-    return None
+from hydrofdi.tables.table import Table
 
 
 def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
@@ -213,3 +193,30 @@ def _make(label: str, given: Any, source: Source, path: KeyPath) -> Indicator[An
             source.mistake((*path, *error["loc"]), describe_error(error, fields)) for error in errors.errors()
         )
     return None
+
+
+Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
+"""``"dwt,ring_down"``, ``"all"``, a list of names, a YAML file, or label → options."""
+
+
+def indicators_of(given: Indicators) -> dict[str, Any]:
+    """Label → indicator."""
+    if isinstance(given, int | float):
+        raise ConfigError(f"indicators: found {given!r}; is it meant as sampling_frequency={given!r}?")
+    if isinstance(given, str | PathLike):
+        return load_indicators(fspath(given))
+    return make_indicators(plain(given))
+
+
+def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
+    """A row for each indicator."""
+    symbols = [" ".join(Channel(name).symbol for name in each.channels) for each in described]
+    columns: dict[str, list[Any]] = {
+        "name": [each.name for each in described],
+        "summary": [each.summary for each in described],
+        "channels": symbols,
+        "outputs": [len(each.outputs) for each in described],
+        "cost": [each.cost for each in described],
+    }
+    sources = {"source": [each.source for each in described]} if with_sources else {}
+    return Table.of(columns | sources, row="indicator")

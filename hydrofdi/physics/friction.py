@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from hydrofdi.physics.equation import Quantity, equation, sine
+from hydrofdi.physics import Quantity, equation, sine
 from hydrofdi.physics.hydraulic_mode import second_order_eigenvalues
 
 FrictionParameters: TypeAlias = Any

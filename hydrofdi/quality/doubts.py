@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi import transforms as undecimated
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import Analysis
 from hydrofdi.config.request import parameter_names, parameter_quantity
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.transforms import undecimated
-from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import n_phase, root_mean_square
+from hydrofdi.transforms import WaveletConfig, n_phase, root_mean_square
 
 if TYPE_CHECKING:
     from hydrofdi.simulation.balances import Trajectory

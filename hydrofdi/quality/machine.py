@@ -14,6 +14,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES, RunRequest
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.sections.machine import Edge, FluidConfig, LeakageConfig
+from hydrofdi.physics.cylinder import external_leakage_flow
 from hydrofdi.physics.fluid import effective_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import (
@@ -26,16 +27,17 @@ from hydrofdi.physics.hydraulic_mode import (
     leakage_conductance,
     mode_damping_ratio,
     mode_frequency,
+    pressure_gain,
+    rest_pressures,
     second_order_eigenvalues,
     softest_position,
+    steady_speed,
     valve_flow_pressure_coefficient,
 )
-from hydrofdi.physics.leakage import external_leakage_flow
-from hydrofdi.physics.steady_state import pressure_gain, rest_pressures, steady_speed
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position, worn_opening
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.inputs import largest_opening, largest_travel, no_load_speed
-from hydrofdi.transforms.wavelet import level_bands
+from hydrofdi.transforms import level_bands
 
 Distinct = Callable[..., Iterable[RunRequest]]
 """Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""

@@ -14,8 +14,18 @@ import numpy as np
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.quality.doubts import DOUBTS, doubts_of
-from hydrofdi.report import runs, sections, wording
-from hydrofdi.report.document import Block, Document, FigureKind
+from hydrofdi.report import runs
+from hydrofdi.report.document import (
+    Block,
+    Document,
+    FigureKind,
+    answers,
+    document_of,
+    doubts_blocks,
+    holes_block,
+    provenance_block,
+    remarks_block,
+)
 from hydrofdi.report.indicators import (
     MeasuredIndicator,
     indicator_record,
@@ -33,7 +43,6 @@ from hydrofdi.report.responses import (
     strongest_table,
     study_responses,
 )
-from hydrofdi.report.sections import answers, document_of
 from hydrofdi.report.views import View, asked_views
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
@@ -138,30 +147,30 @@ class Report:
         data = self.data
         if self.has_results:
             return document_of(self.name, self.lead, self.blocks())
-        blocks = (sections.remarks_block(data), sections.holes_block(data), *answers(self.varied_block()))
-        return document_of(self.name, self.lead, (*blocks, sections.provenance_block(data)))
+        blocks = (remarks_block(data), holes_block(data), *answers(self.varied_block()))
+        return document_of(self.name, self.lead, (*blocks, provenance_block(data)))
 
     def blocks(self) -> Iterable[Block | None]:
         """The sections where runs have results."""
         title = "Change of the details over the varied parameters"
         own = (self.changes_block(title, "changes"),) if self.data.has_details else ()
         return (
-            sections.remarks_block(self.data),
+            remarks_block(self.data),
             self.varied_block(),
-            sections.holes_block(self.data),
-            *sections.doubts_blocks(self.data),
+            holes_block(self.data),
+            *doubts_blocks(self.data),
             matrix_block(self.plane) if self.plane else None,
             *(block for block, _ in self.views),
             responses_block(self.responses),
             *(own if self.responses.axes else answers(*own)),
             indicators_block(self.indicators),
             self.summary_block(),
-            sections.provenance_block(self.data),
+            provenance_block(self.data),
         )
 
     def varied_block(self) -> Block:
         """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
-        axes = [found.axis for found in self.responses.axes]
+        axes = self.responses.axes
         ends = [
             [group.text for group in axis.groups]
             if axis.drawn is None
@@ -199,19 +208,19 @@ class Report:
         """The table of all runs for each baseline; the RMS if no run has another one as its baseline."""
         table = self.table
         if not self.baselines:
-            return Block(key, "RMS of the details", (wording.band_sentence(table),), (rms_table(table),))
+            return Block(key, "RMS of the details", (runs.band_sentence(table),), (rms_table(table),))
         legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
         if not table.is_sealed.all():
             sealed = "have no internal leakage" if table.varies_external else "are controls"
             legend += f" Rows marked sealed {sealed}."
-        return Block(key, title, (legend, wording.band_sentence(table)), self.delta_tables(key))
+        return Block(key, title, (legend, runs.band_sentence(table)), self.delta_tables(key))
 
     def delta_tables(self, key: str, variable: str = names.DETAIL_RMS, title: str = "") -> tuple[Table, ...]:
         """δ of an RMS of all runs, a table against each baseline."""
         breaks = group_breaks(self.table.leakage_requests.tolist())
         return tuple(
             replace(
-                _rows_table(self.table, *wording.delta_columns(self.table.changes(baseline, variable))),
+                _rows_table(self.table, *runs.delta_columns(self.table.changes(baseline, variable))),
                 title=f"{title}δ [%] against the {baseline} baseline ({self._words_of(baseline)})",
                 key=f"{key}-{baseline}",
                 breaks=breaks if len(breaks) < len(self.table) - 1 else (),
@@ -229,7 +238,7 @@ class Report:
             return f"{sealed}, the same conditions as the run"
         state = [sealed]
         if self.data.experiment.plant.takes("fluid.bulk_modulus"):
-            state.append(f"EBM {wording.modulus_text(runs.normal_bulk_modulus(self.data))}")
+            state.append(f"EBM {runs.modulus_text(runs.normal_bulk_modulus(self.data))}")
         state += [shown_values(held)] if held else []
         is_alike = len(held) + len(outside) < len(varied)
         return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])
@@ -341,7 +350,7 @@ class Report:
 def rms_table(table: runs.RunTable) -> Table:
     """The RMS of the details of each run."""
     levels = enumerate(table[names.DETAIL_RMS].T, 1)
-    columns = (Column(f"d{k} [kPa]", own, text=wording.kilopascal) for k, own in levels)
+    columns = (Column(f"d{k} [kPa]", own, text=runs.kilopascal) for k, own in levels)
     return replace(
         _rows_table(table, *columns), title="RMS of the details of the chamber-1 pressure", key="rms"
     )
@@ -349,8 +358,8 @@ def rms_table(table: runs.RunTable) -> Table:
 
 def _rows_table(table: runs.RunTable, *columns: Column) -> Table:
     """Columns between what a run is and its verdict."""
-    mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: wording.hole_or(f, f"{f:.1f}"))
-    lead = [*wording.lead_columns(table), mode]
+    mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: runs.hole_or(f, f"{f:.1f}"))
+    lead = [*runs.lead_columns(table), mode]
     doubts = [doubts_of(verdict) for verdict in table.verdicts]
     found = {doubt.word for own in doubts for doubt in own}
     if not found:

@@ -16,8 +16,7 @@ from hydrofdi.config.experiment import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.report.document import Block
-from hydrofdi.report.runs import Array, of_healthy
-from hydrofdi.report.wording import span_text
+from hydrofdi.report.runs import Array, of_healthy, span_text
 from hydrofdi.settings.messages import HOLE, readable_unit
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names

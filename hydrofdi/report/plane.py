@@ -15,8 +15,7 @@ from hydrofdi.config.runs import spread
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.document import Block
 from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
-from hydrofdi.report.runs import Array
-from hydrofdi.report.wording import signed
+from hydrofdi.report.runs import Array, signed
 from hydrofdi.settings.messages import number_text
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
@@ -94,8 +93,8 @@ class Plane:
 
 def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
     """The grid of an experiment over the two parameters that move its features most; None if it has none."""
-    ranked = sorted(study.axes, key=lambda each: -max((one.reach for one in each.responses), default=0.0))
-    axes = [each.axis for each in ranked if each.responses]
+    responding = [axis for axis in study.axes if axis.responses]
+    axes = sorted(responding, key=lambda axis: -max(each.reach for each in axis.responses))
     for pair in combinations(axes, 2):
         rows, columns = sorted(
             pair, key=lambda axis: (not axis.name.startswith("leakage."), axes.index(axis))

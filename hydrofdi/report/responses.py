@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,7 @@ from hydrofdi.config.sweep import count_points
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import MeasuredIndicator
-from hydrofdi.report.runs import Array, baseline_changes
-from hydrofdi.report.wording import litres_per_minute, shown_modulus, signed, with_minus
+from hydrofdi.report.runs import Array, baseline_changes, litres_per_minute, shown_modulus, signed, with_minus
 from hydrofdi.settings.messages import HOLE, K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
@@ -104,6 +103,10 @@ class Axis:
         The values in SI; NaN for runs that belong to no group. None if the values are words.
     text : callable
         Value in SI → what people read under the header.
+    against : str
+        The baseline of δ; empty without δ.
+    responses : tuple of Response
+        All features over the groups.
     """
 
     name: str
@@ -111,6 +114,8 @@ class Axis:
     groups: tuple[Group, ...]
     numbers: NDArray[np.float64] | None
     text: Callable[[Any], str]
+    against: str = ""
+    responses: tuple[Response, ...] = ()
 
     @property
     def drawn(self) -> NDArray[np.float64] | None:
@@ -252,15 +257,6 @@ class Response:
 
 
 @dataclass(frozen=True)
-class AxisResponses:
-    """All features over one axis; `against` is the baseline of δ, empty without δ."""
-
-    axis: Axis
-    against: str
-    responses: tuple[Response, ...]
-
-
-@dataclass(frozen=True)
 class ResponseStudy:
     """Responses over the runs that an experiment asks for, shape (n_run,), without added baselines.
 
@@ -268,7 +264,7 @@ class ResponseStudy:
     of the other indicators.
     """
 
-    axes: tuple[AxisResponses, ...]
+    axes: tuple[Axis, ...]
     runs: NDArray[np.bool_]
     details: dict[str, tuple[Feature, ...]]
     measured: tuple[Feature, ...]
@@ -297,7 +293,7 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
             )
             for feature in (*details[against], *measured)
         )
-        axes.append(AxisResponses(axis, against, tuple(responses)))
+        axes.append(replace(axis, against=against, responses=tuple(responses)))
     return ResponseStudy(tuple(axes), runs, details, measured)
 
 
@@ -335,8 +331,9 @@ def spread(values: Array) -> Spread:
 
 def strongest_table(study: ResponseStudy, most: int) -> Table:
     """The features that move most, at least one for each parameter."""
-    ranked = [sorted(found.responses, key=lambda each: -each.reach) for found in study.axes]
-    pairs = [[(found.axis, each) for each in own] for found, own in zip(study.axes, ranked, strict=True)]
+    pairs = [
+        [(axis, each) for each in sorted(axis.responses, key=lambda each: -each.reach)] for axis in study.axes
+    ]
     first, rest = [own[0] for own in pairs if own], [pair for own in pairs for pair in own[1:]]
     shown = [*first, *sorted(rest, key=lambda pair: -pair[1].reach)][:most]
     shown = [(axis, each) for axis, each in shown if each.reach > 0.0]
@@ -358,20 +355,18 @@ def strongest_table(study: ResponseStudy, most: int) -> Table:
 
 def responses_block(study: ResponseStudy) -> Block | None:
     """A table for each axis, and rank correlations."""
-    shown = [found for found in study.axes if found.responses]
-    if not shown:
+    if not (shown := [axis for axis in study.axes if axis.responses]):
         return None
-    return Block(
-        "responses", "Responses", (_LEGEND,), (*map(_axis_table, shown), _rank_table(shown)), ("responses",)
-    )
+    tables = (*map(_axis_table, shown), _rank_table(shown))
+    return Block("responses", "Responses", (_LEGEND,), tables, ("responses",))
 
 
-def _axis_table(found: AxisResponses) -> Table:
-    axis, features = found.axis, [each.feature for each in found.responses]
-    against = f"; δ against {AGAINST[found.against]}" if found.against else ""
+def _axis_table(axis: Axis) -> Table:
+    features = [each.feature for each in axis.responses]
+    against = f"; δ against {AGAINST[axis.against]}" if axis.against else ""
     columns = [Column("Feature", ["runs", *(each.header for each in features)], is_text=True)]
     for index, group in enumerate(axis.groups):
-        over = [response.over[index] for response in found.responses]
+        over = [response.over[index] for response in axis.responses]
         known, count = max(each.n_run for each in over), int(group.rows.sum())
         runs = f"{known:,} of {count:,}" if known < count else f"{count:,}"
         texts = (_spread_text(o, f.is_change, known) for o, f in zip(over, features, strict=True))
@@ -395,13 +390,13 @@ def _number(value: float, is_change: bool) -> str:
     return signed(value) if is_change else HOLE if math.isnan(value) else with_minus(f"{value:.4g}")
 
 
-def _rank_table(axes: list[AxisResponses]) -> Table:
+def _rank_table(axes: list[Axis]) -> Table:
     """Rank correlations of all features with the parameters that have many values."""
     rows = [
-        {"feature": response.feature.name, "parameter": found.axis.name, "ρ": rank.value}
+        {"feature": response.feature.name, "parameter": axis.name, "ρ": rank.value}
         | {"by chance up to": rank.chance, "runs": rank.n_run}
-        for found in axes
-        for response in found.responses
+        for axis in axes
+        for response in axis.responses
         if (rank := response.rank) is not None
     ]
     title = "Rank correlation of features with sampled parameters"
@@ -411,8 +406,8 @@ def _rank_table(axes: list[AxisResponses]) -> Table:
 def responses_record(study: ResponseStudy) -> dict[str, Any]:
     """``varied`` and ``responses`` for JSON; numbers in SI, changes in percent."""
     return {
-        "varied": [_varied(found.axis) for found in study.axes],
-        "responses": [_response(found, response) for found in study.axes for response in found.responses],
+        "varied": [_varied(axis) for axis in study.axes],
+        "responses": [_response(axis, response) for axis in study.axes for response in axis.responses],
     }
 
 
@@ -427,18 +422,18 @@ def _varied(axis: Axis) -> dict[str, Any]:
     return {**named, "quantiles": quantiles, "n": sum(counts)}
 
 
-def _response(found: AxisResponses, response: Response) -> dict[str, Any]:
+def _response(axis: Axis, response: Response) -> dict[str, Any]:
     feature, rank = response.feature, response.rank
     groups = [
-        _ends(found.axis, group)
+        _ends(axis, group)
         | {name: finite(feature.own(getattr(spread, name))) for name in ("median", "low", "high")}
         | {"n": spread.n_run}
-        for group, spread in zip(found.axis.groups, response.over, strict=True)
+        for group, spread in zip(axis.groups, response.over, strict=True)
     ]
     ranks = rank and numbers(rank, "value", "chance") | {"n": rank.n_run}
     return {
-        "axis": found.axis.name,
-        "baseline": found.against or None if feature.is_change else None,
+        "axis": axis.name,
+        "baseline": axis.against or None if feature.is_change else None,
         "feature": feature.name,
         "unit": feature.own_unit,
         "groups": groups,

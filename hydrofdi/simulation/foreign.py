@@ -18,7 +18,7 @@ from hydrofdi.config.sections.plant import OUTPUTS
 from hydrofdi.engine import TIME_LIMIT, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.fmu import Instance, PlantError, instance_of
-from hydrofdi.physics.control import converted, pid_step
+from hydrofdi.physics.valve import converted, pid_step
 from hydrofdi.simulation.balances import Outcome, Trajectory
 from hydrofdi.simulation.inputs import input_voltage, load_force, position_reference
 from hydrofdi.simulation.sensing import Measurement, feedback_noise, reading_errors, steps_per_control

@@ -7,27 +7,25 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from hydrofdi.physics import Quantity
 from hydrofdi.physics.cylinder import (
-    chamber_pressure_rates,
-    end_stop_force,
-    foundation_velocity,
-    line_flow_rate,
-    line_pressure_rate,
-    piston_acceleration,
-    pressure_force,
-)
-from hydrofdi.physics.equation import Quantity
-from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus, temperature_factor
-from hydrofdi.physics.friction import FRICTION_LAWS, dry_friction_factor
-from hydrofdi.physics.leakage import (
     blended_leakage_flow,
+    chamber_pressure_rates,
     dragged_pressure_difference,
+    end_stop_force,
     external_leakage_flow,
+    foundation_velocity,
     internal_leakage_flow,
     laminar_leakage_flow,
+    line_flow_rate,
+    line_pressure_rate,
     onset_ramp,
+    piston_acceleration,
+    pressure_force,
     scored_share,
 )
+from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus, temperature_factor
+from hydrofdi.physics.friction import FRICTION_LAWS, dry_friction_factor
 from hydrofdi.physics.valve import (
     chamber_1_orifice_drop,
     chamber_2_orifice_drop,

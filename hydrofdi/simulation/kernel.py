@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.compilation.symbols import each, when, when_else
-from hydrofdi.physics.control import converted, pid_step
-from hydrofdi.physics.equation import NEGLIGIBLE, Quantity, limited
-from hydrofdi.physics.valve import acting_voltage, spool_acceleration
+from hydrofdi.physics import NEGLIGIBLE, Quantity, limited
+from hydrofdi.physics.valve import acting_voltage, converted, pid_step, spool_acceleration
 from hydrofdi.simulation.hydraulics import State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.lanes import HALF_WIDTH, OPTIONAL, SAMPLED, STATES, WIDTH, ModelOptions
 
@@ -24,7 +23,7 @@ SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
 """Lane fields of the spool position at the four stages of a step."""
 
 
-# `physics.equation.settled` for symbols, which have no branches; numba would make an array of this one.
+# `physics.settled` for symbols, which have no branches; numba would make an array of this one.
 def settled(value: Quantity) -> Quantity:
     """The state, or zero if it is negligible; NaN stays NaN."""
     return np.where(np.abs(value) < NEGLIGIBLE, 0.0, value)

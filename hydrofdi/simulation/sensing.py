@@ -16,7 +16,7 @@ from hydrofdi.compilation.object_code import strict_kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
-from hydrofdi.physics.equation import equation, settled
+from hydrofdi.physics import equation, settled
 from hydrofdi.simulation.balances import Trajectory
 
 

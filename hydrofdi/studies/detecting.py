@@ -22,7 +22,7 @@ from hydrofdi.detectors.trained.configuration import stated_indicators
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable
-from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData

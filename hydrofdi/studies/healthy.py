@@ -13,8 +13,7 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.runs import study_roles
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Kind
-from hydrofdi.indicators.overview import Counted
-from hydrofdi.indicators.record_measures import RecordMeasures
+from hydrofdi.indicators.measuring import Counted, RecordMeasures
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, pairs, sketch_of
 from hydrofdi.records.source import MeasuredSource

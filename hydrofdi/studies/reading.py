@@ -18,8 +18,8 @@ from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores
 from hydrofdi.errors import ConfigError, Issue, NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.indicators import Indicator, Output
-from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
-from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
+from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
+from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import MISSING, ExperimentData

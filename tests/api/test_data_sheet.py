@@ -14,7 +14,7 @@ from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.sheet_file import sheet_text
 from hydrofdi.config.sweep import quantiles
 from hydrofdi.errors import ConfigError
-from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.physics.hydraulic_mode import steady_speed
 from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.files import Source, parse_yaml, ready_folder, ready_names, validated
 from tests.commands import run, run_json

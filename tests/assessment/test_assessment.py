@@ -7,7 +7,7 @@ import hydrofdi
 from hydrofdi.api.sweeps import calibrate
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.execution.checking import select_runs
-from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.physics.cylinder import internal_leakage_flow
 from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.simulation.batch import simulate_batch
 from tests.commands import run, run_json

@@ -4,8 +4,7 @@ import numpy as np
 
 from hydrofdi.indicators.estimation import ekf
 from hydrofdi.indicators.estimation.plant import N_MOVING
-from hydrofdi.indicators.estimation.square_root import find_gain, measurement_update
-from hydrofdi.indicators.estimation.ukf import gather_points, place_points
+from hydrofdi.indicators.estimation.ukf import find_gain, gather_points, measurement_update, place_points
 
 
 class UnscentedFilter:

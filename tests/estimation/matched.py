@@ -3,9 +3,8 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from hydrofdi.indicators.nominal_signals import Cylinder, nominal_flows
-from hydrofdi.physics.cylinder import chamber_pressure_rates
-from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.indicators.catalogue.observers import Cylinder, nominal_flows
+from hydrofdi.physics.cylinder import chamber_pressure_rates, internal_leakage_flow
 
 CYLINDER = Cylinder(633e-6, 633e-6, 280e-6, 280e-6, 0.0292, 20.75e-3, 0.0)
 SUPPLY, DAMPING, STIFFNESS = 17.2e6, 5e4, 150e3

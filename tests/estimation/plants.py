@@ -8,11 +8,18 @@ import numpy as np
 from hydrofdi.compilation.object_code import dispatcher
 from hydrofdi.config import load_experiment
 from hydrofdi.indicators.estimation import ekf, ukf
-from hydrofdi.indicators.estimation.kalman_stream import N_SUM, Streams, follow
-from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, Plant, follow_command, spool_transition
-from hydrofdi.indicators.estimation.prediction import TANGENT_SHAPE, advance_with_transition
-from hydrofdi.indicators.estimation.tuning import N_MEASURED, Tuning
-from hydrofdi.physics.equation import FAST_MATH
+from hydrofdi.indicators.estimation.ekf import TANGENT_SHAPE, advance_with_transition
+from hydrofdi.indicators.estimation.plant import (
+    N_MEASURED,
+    N_MOVING,
+    N_STATE,
+    Plant,
+    Tuning,
+    follow_command,
+    spool_transition,
+)
+from hydrofdi.indicators.kalman_filter import N_SUM, Streams, follow
+from hydrofdi.physics import FAST_MATH
 from hydrofdi.simulation.batch import simulate_batch
 
 NOMINAL = Plant(
@@ -117,7 +124,7 @@ class Followed(NamedTuple):
 
 def _follow(covariance_shape, voltage, measured, *rest, tuning, every):
     n_record, n_time, _ = measured.shape
-    shapes = covariance_shape[1:], covariance_shape, (N_SUM,), (2,), (2,)
+    shapes = covariance_shape[1:], covariance_shape, (N_SUM,), (2,)
     streams = Streams(*(np.zeros((n_record, *shape)) for shape in shapes))
     means, of_means = (np.zeros((n_record, n_time // every, N_STATE)) for _ in range(2))
     sums = np.zeros((n_record, n_time // every, N_SUM))

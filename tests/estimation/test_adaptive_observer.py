@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from estimation.matched import CYLINDER, SUPPLY, matched_signals, moving
-from hydrofdi.indicators import nominal_signals
-from hydrofdi.indicators.models import adaptive_observer
+from hydrofdi.indicators.catalogue import observers
 
 COEFFICIENT_TRUE, MODULUS_TRUE, MODULUS_NOMINAL = 5e-9, 689e6, 551e6
 FREQUENCY, INJECTION = 4000.0, 200.0
@@ -15,29 +14,27 @@ def law(leakage_time=0.3, compressibility_time=0.3, injection=INJECTION, frequen
     """Quick ones, for short records."""
     drawn, volume = injection / MODULUS_NOMINAL, CYLINDER.volume_1
     gains = drawn * volume / (2 * 8e6 * leakage_time), drawn / (2 * volume * 20e6**2 * compressibility_time)
-    return adaptive_observer.Law(1 / frequency, injection, *gains, 1e-10, 1e-8, 1e-6)
+    return observers.Law(1 / frequency, injection, *gains, 1e-10, 1e-8, 1e-6)
 
 
 def followed(signals, chosen):
     """States (n_time, 4) behind each sample."""
-    state = np.zeros((1, adaptive_observer.N_STATE))
-    state[0, adaptive_observer.COMPRESSIBILITY] = 1.0 / MODULUS_NOMINAL
+    state = np.zeros((1, observers.N_STATE))
+    state[0, observers.COMPRESSIBILITY] = 1.0 / MODULUS_NOMINAL
     n_time = signals.shape[2]
     states, clear = np.empty((1, n_time, 4)), np.zeros((1, n_time), dtype=bool)
-    adaptive_observer.adapt(np.ascontiguousarray(signals), clear, CYLINDER, chosen, 1, state, states)
+    observers.adapt(np.ascontiguousarray(signals), clear, CYLINDER, chosen, 1, state, states)
     return states[0]
 
 
 def lyapunov_function(signals, states, chosen):
     """W [J], shape (n_time,)."""
-    c, swept = 1.0 / MODULUS_TRUE, CYLINDER.area_1 * signals[nominal_signals.POSITION, 0]
-    e1, e2 = states[:, adaptive_observer.ERROR_1], states[:, adaptive_observer.ERROR_2]
+    c, swept = 1.0 / MODULUS_TRUE, CYLINDER.area_1 * signals[observers.POSITION, 0]
+    e1, e2 = states[:, observers.ERROR_1], states[:, observers.ERROR_2]
     of_errors = c * ((CYLINDER.volume_1 + swept) * e1**2 + (CYLINDER.volume_2 - swept) * e2**2)
-    of_leakage = (COEFFICIENT_TRUE - states[:, adaptive_observer.COEFFICIENT]) ** 2 / chosen.leakage_gain
+    of_leakage = (COEFFICIENT_TRUE - states[:, observers.COEFFICIENT]) ** 2 / chosen.leakage_gain
     return 0.5 * (
-        of_errors
-        + of_leakage
-        + (c - states[:, adaptive_observer.COMPRESSIBILITY]) ** 2 / chosen.compressibility_gain
+        of_errors + of_leakage + (c - states[:, observers.COMPRESSIBILITY]) ** 2 / chosen.compressibility_gain
     )
 
 
@@ -54,13 +51,13 @@ def test_the_lyapunov_function_never_rises(excited, times, injection):
     chosen = law(*times, injection=injection)
     states = followed(excited, chosen)
     energy = lyapunov_function(excited, states, chosen)
-    rises, passes = np.diff(energy) / energy[0], np.diff(np.sign(excited[nominal_signals.SPOOL, 0])) != 0
+    rises, passes = np.diff(energy) / energy[0], np.diff(np.sign(excited[observers.SPOOL, 0])) != 0
     assert rises[~passes].max() < 2e-7
     assert np.maximum(rises, 0.0).sum() < 1e-3
     assert energy[-1] < 0.9 * energy[0]
     if times == (0.3, 0.3):
-        assert states[-1, adaptive_observer.COEFFICIENT] == pytest.approx(COEFFICIENT_TRUE, rel=2e-3)
-        assert 1.0 / states[-1, adaptive_observer.COMPRESSIBILITY] == pytest.approx(MODULUS_TRUE, rel=0.01)
+        assert states[-1, observers.COEFFICIENT] == pytest.approx(COEFFICIENT_TRUE, rel=2e-3)
+        assert 1.0 / states[-1, observers.COMPRESSIBILITY] == pytest.approx(MODULUS_TRUE, rel=0.01)
 
 
 def test_without_excitation_leakage_is_found_and_the_fluid_is_not():
@@ -73,8 +70,8 @@ def test_without_excitation_leakage_is_found_and_the_fluid_is_not():
     states = followed(signals, chosen)
     energy = lyapunov_function(signals, states, chosen)
     assert np.diff(energy).max() < 1e-9 * energy[0]
-    assert states[-1, adaptive_observer.COEFFICIENT] == pytest.approx(COEFFICIENT_TRUE, rel=0.03)
-    moduli = 1.0 / states[-1000:, adaptive_observer.COMPRESSIBILITY]
+    assert states[-1, observers.COEFFICIENT] == pytest.approx(COEFFICIENT_TRUE, rel=0.03)
+    moduli = 1.0 / states[-1000:, observers.COMPRESSIBILITY]
     assert np.ptp(moduli) < 1e-3 * MODULUS_TRUE
     assert abs(moduli[-1] - MODULUS_TRUE) > 0.1 * MODULUS_TRUE
 
@@ -82,22 +79,22 @@ def test_without_excitation_leakage_is_found_and_the_fluid_is_not():
 def test_a_sealed_actuator_of_the_nominal_fluid_has_no_leakage():
     signals = matched_signals(moving, 0.0, MODULUS_NOMINAL, 2.0, FREQUENCY)
     states = followed(signals, law())
-    assert np.abs(states[:, adaptive_observer.COEFFICIENT]).max() < 1e-3 * COEFFICIENT_TRUE
-    np.testing.assert_allclose(1.0 / states[:, adaptive_observer.COMPRESSIBILITY], MODULUS_NOMINAL, rtol=1e-3)
+    assert np.abs(states[:, observers.COEFFICIENT]).max() < 1e-3 * COEFFICIENT_TRUE
+    np.testing.assert_allclose(1.0 / states[:, observers.COMPRESSIBILITY], MODULUS_NOMINAL, rtol=1e-3)
 
 
 def test_what_is_not_physical_ends_the_estimates(excited):
     chosen = law()._replace(most_coefficient=1e-9)
     states = followed(excited, chosen)
-    first = int(np.flatnonzero(np.isnan(states[:, adaptive_observer.COEFFICIENT]))[0])
-    assert np.isnan(states[first:, adaptive_observer.COEFFICIENT]).all()
-    assert np.isnan(states[first:, adaptive_observer.COMPRESSIBILITY]).all()
-    assert np.abs(states[:first, adaptive_observer.COEFFICIENT]).max() <= 1e-9
+    first = int(np.flatnonzero(np.isnan(states[:, observers.COEFFICIENT]))[0])
+    assert np.isnan(states[first:, observers.COEFFICIENT]).all()
+    assert np.isnan(states[first:, observers.COMPRESSIBILITY]).all()
+    assert np.abs(states[:first, observers.COEFFICIENT]).max() <= 1e-9
 
 
 def test_a_missing_sample_ends_the_estimates_even_where_nothing_is_learned(excited):
     signals, unclear = excited[:, :, :100].copy(), np.ones((1, 100), dtype=bool)
-    signals[nominal_signals.P1, 0, 60] = np.nan
-    state, estimates = np.full((1, adaptive_observer.N_STATE), 1.0 / MODULUS_NOMINAL), np.empty((1, 100, 4))
-    adaptive_observer.adapt(signals, unclear, CYLINDER, law(), 1, state, estimates)
+    signals[observers.P1, 0, 60] = np.nan
+    state, estimates = np.full((1, observers.N_STATE), 1.0 / MODULUS_NOMINAL), np.empty((1, 100, 4))
+    observers.adapt(signals, unclear, CYLINDER, law(), 1, state, estimates)
     np.testing.assert_array_equal(np.isnan(estimates[0, :, 2:].T), np.tile(np.arange(100) >= 60, (2, 1)))

@@ -20,9 +20,15 @@ from estimation.plants import (
     square_wave,
     true_states,
 )
-from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, STATES, follow_command, spool_transition
-from hydrofdi.indicators.estimation.square_root import find_gain, inflate, measurement_update, triangularise
-from hydrofdi.indicators.estimation.tuning import find_path
+from hydrofdi.indicators.estimation.plant import (
+    N_MOVING,
+    N_STATE,
+    STATES,
+    find_path,
+    follow_command,
+    spool_transition,
+)
+from hydrofdi.indicators.estimation.ukf import find_gain, inflate, measurement_update, triangularise
 from tests.machines import LOOP, RIG, settings_of
 
 WITHOUT_FRICTION = ["friction.coulomb=0 N", "friction.breakaway=0 N", "friction.viscous=0 N*s/m"]

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from estimation.matched import CYLINDER, matched_signals, moving
-from hydrofdi.indicators.models.reduced_order import N_STATE, N_SUM, Bounds, project
-from hydrofdi.indicators.nominal_signals import SPOOL, SUPPLY
+from hydrofdi.indicators.catalogue.observers import N_SUM, SPOOL, SUPPLY, Bounds, project
 
 MODULUS, FREQUENCY, EVERY, N_BLOCK = 689e6, 1000.0, 100, 20
 LEAKS = 2e-9, 8e-9
@@ -22,10 +21,10 @@ def projected(signals, unclear=None, cylinder=CYLINDER, modulus=MODULUS, bounds=
     """K_i and bound, each (n_instant,)."""
     n_time = signals.shape[2]
     skipped = np.zeros((1, n_time), dtype=bool) if unclear is None else unclear
-    state, blocks = np.zeros((1, N_STATE)), np.zeros((1, N_BLOCK, N_SUM))
+    sums, blocks = np.zeros(N_SUM), np.zeros((1, N_BLOCK, N_SUM))
     estimates = np.empty((2, 1, n_time // EVERY))
     project(
-        signals, skipped, cylinder, 1.0 / modulus, bounds, 1.0 / FREQUENCY, state, blocks, EVERY, estimates
+        signals, skipped, cylinder, 1.0 / modulus, bounds, 1.0 / FREQUENCY, sums, blocks, EVERY, estimates
     )
     return estimates[:, 0]
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
+from hydrofdi.indicators.catalogue import volterra
 from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
-from hydrofdi.indicators.models import volterra
 
 ERROR = 4e-9
 
@@ -29,17 +29,14 @@ def followed(
     """Estimates (n_instant, N_ESTIMATE) after so many windows."""
     deviations = np.ones(N_UNKNOWN) if deviations is None else deviations
     counts = np.ones(columns.shape[:2]) if counts is None else counts
-    state = weak_rls.new_state(1, 1, columns.shape[2]) if state is None else state
-    out = np.full((1, 1, len(due), weak_rls.N_ESTIMATE), np.nan)
-    known, decays = (
-        weak_rls.Assumptions(deviations, error, 1.0, 0.032, modulus),
-        np.array([np.exp(-1.0 / memory)]),
-    )
+    state = weak_rls.new_state(1, columns.shape[2]) if state is None else state
+    out = np.full((1, len(due), weak_rls.N_ESTIMATE), np.nan)
+    known, decay = weak_rls.Assumptions(deviations, error, 1.0, 0.032, modulus), float(np.exp(-1.0 / memory))
     priors = np.zeros((1, len(due), N_UNKNOWN))
     weak_rls.follow_windows(
-        columns, targets, counts, np.array(due), priors, known, decays, state, weak_rls.new_scratch(), out
+        columns, targets, counts, np.array(due), priors, known, decay, state, weak_rls.new_scratch(), out
     )
-    return out[0, 0]
+    return out[0]
 
 
 @pytest.mark.parametrize("known", [[], [3, 7]])
@@ -94,11 +91,11 @@ def test_a_gap_is_a_status_from_then_on():
 
 def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
     columns, targets, _ = equations(9, 62_500)
-    state = weak_rls.new_state(1, 1, 2)
+    state = weak_rls.new_state(1, 2)
     long = followed(columns, targets, [62_500], memory=300.0, state=state)[0]
     fresh = followed(columns[:, -12_000:], targets[:, -12_000:], [12_000], memory=300.0)[0]
     np.testing.assert_allclose(long, fresh, rtol=1e-9)
-    for moments in state.moments[0, 0]:
+    for moments in state.moments[0]:
         lower = np.tril(moments)
         assert np.linalg.eigvalsh(lower + np.tril(lower, -1).T).min() > 0.0
 

@@ -13,7 +13,7 @@ from hydrofdi.config.request import RECORD_SECTIONS, RunParameters, RunRequest, 
 from hydrofdi.config.runs import record_identities, record_identity, run_identities, run_identity
 from hydrofdi.errors import StoreError
 from hydrofdi.store.results import rows_named
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 
 def changed(name):

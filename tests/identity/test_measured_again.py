@@ -16,8 +16,9 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.execution.plan import plan_sweep
 from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.indicators import make_indicators, measure
-from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.indicators.selection import TAKEN, of_machine
+from hydrofdi.indicators.measuring import measure_sources
+from hydrofdi.indicators.registry import TAKEN
+from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.store.layout import names
 from hydrofdi.store.results import read_results

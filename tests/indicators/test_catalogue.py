@@ -7,7 +7,7 @@ import pytest
 
 from hydrofdi.detectors.rules import load_scores
 from hydrofdi.indicators import indicator_names, load_indicators, make_indicators, measure
-from hydrofdi.indicators.record_measures import used_channels
+from hydrofdi.indicators.measuring import used_channels
 from hydrofdi.indicators.registry import describe, indicator_kind
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.units import parse_quantity

@@ -8,8 +8,7 @@ import pytest
 from estimation.plants import PER_LITRE_PER_MINUTE
 
 from hydrofdi.indicators import make_indicators
-from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
-from hydrofdi.indicators.models.ukf_joint import UkfJoint, UnscentedOptions
+from hydrofdi.indicators.catalogue.kalman_filters import EkfJoint, JointOptions, UkfJoint, UnscentedOptions
 from hydrofdi.indicators.selection import load_indicators
 from hydrofdi.records import Channel
 from indicators.signals import P1, P2, XV, U, X, measured, noisy, simulated

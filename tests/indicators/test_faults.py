@@ -12,7 +12,7 @@ import pytest
 
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import Indicator, Output, make_indicators, measure, registry
-from hydrofdi.indicators.record_measures import measure_sources
+from hydrofdi.indicators.measuring import measure_sources
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.source import measured_source
 from tests.commands import run, run_json

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.physics.leakage import scored_share
+from hydrofdi.physics.cylinder import scored_share
 from hydrofdi.records import Channel
 from indicators.signals import KNOWN as ALL_KNOWN
 from indicators.signals import P1, P2, XV, U, X, assert_rows_stand_alone, batch, measured, noisy, simulated

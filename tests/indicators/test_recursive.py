@@ -5,8 +5,8 @@ import pytest
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_kind, indicator_names, make_indicators, measure
+from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.indicators.faults import doubts_of
-from hydrofdi.indicators.recursive import RecursiveIndicator
 from indicators.signals import P1, P2, XV, U, X, batch, measured, noisy, simulated, square_wave
 from indicators.test_catalogue import all_channels
 

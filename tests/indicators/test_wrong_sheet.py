@@ -3,7 +3,7 @@
 import pytest
 
 from hydrofdi.indicators import make_indicators
-from hydrofdi.indicators.wrong_sheet import likeliest_wrong, sentence
+from hydrofdi.indicators.estimation.whole_record import likeliest_wrong, sentence
 from indicators.signals import simulated
 from tests.machines import LOOP, settings_of
 

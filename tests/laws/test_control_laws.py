@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics import hydraulic_mode
-from hydrofdi.physics.control import pid_step
+from hydrofdi.physics.valve import pid_step
 from hydrofdi.quality.machine import step_limits
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch

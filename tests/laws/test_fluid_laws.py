@@ -9,9 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus, stiffening_bulk_modulus
+from hydrofdi.physics.fluid import (
+    LEAST_ABSOLUTE_PRESSURE,
+    OILS,
+    effective_bulk_modulus,
+    stiffening_bulk_modulus,
+)
 from hydrofdi.physics.hydraulic_mode import mode_frequency
-from hydrofdi.physics.oil import OILS
 from hydrofdi.physics.valve import control_flow
 from hydrofdi.quality.machine import hydraulic_mode, step_limits
 from hydrofdi.simulation.batch import simulate_batch

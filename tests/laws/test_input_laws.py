@@ -11,7 +11,7 @@ from hydrofdi.execution.checking import computed_rows
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import input_voltage, largest_voltage
-from hydrofdi.transforms.wavelet import detail_rms
+from hydrofdi.transforms import detail_rms
 from tests.second_solver import simulate_with_solver
 
 RUN = RecordConfig(duration=4.0)

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.api.sweeps import calibrate
 from hydrofdi.config import load_experiment
+from hydrofdi.physics.cylinder import blended_leakage_flow, internal_leakage_flow, laminar_leakage_flow
 from hydrofdi.physics.hydraulic_mode import blended_conductance, laminar_conductance
-from hydrofdi.physics.leakage import blended_leakage_flow, internal_leakage_flow, laminar_leakage_flow
 from hydrofdi.simulation.batch import leakage_signal, simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
 from tests.machines import GAP, HOSES, LOOP, RIG, machine

@@ -15,7 +15,7 @@ from free_motion import FRICTIONLESS, free_motion
 from test_second_solver import VARIANTS
 
 from hydrofdi.config import RunParameters, load_experiment
-from hydrofdi.physics.equation import NEGLIGIBLE, settled
+from hydrofdi.physics import NEGLIGIBLE, settled
 from hydrofdi.simulation import batch, inputs
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch

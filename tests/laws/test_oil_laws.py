@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hydrofdi.physics.fluid import effective_bulk_modulus
-from hydrofdi.physics.oil import KELVIN, OILS, Oil
+from hydrofdi.physics.fluid import KELVIN, OILS, Oil, effective_bulk_modulus
 
 TEMPERATURES = KELVIN + np.arange(-10.0, 91.0, 10.0)
 

@@ -11,13 +11,12 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import PAPER
-from hydrofdi.physics import fluid
-from hydrofdi.physics.equation import sine
+from hydrofdi.physics import fluid, sine
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.lanes import HALF_WIDTH, ModelOptions
-from hydrofdi.transforms.wavelet import detail_rms
+from hydrofdi.transforms import detail_rms
 from tests.machines import MACHINES, Values, machine
 from tests.second_solver import simulate_with_solver
 

@@ -15,8 +15,8 @@ from hydrofdi.physics.hydraulic_mode import (
     mode_damping_ratio,
     mode_frequency,
     softest_position,
+    steady_speed,
 )
-from hydrofdi.physics.steady_state import steady_speed
 from hydrofdi.quality.machine import hydraulic_mode, machine_figures
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.batch import simulate_batch

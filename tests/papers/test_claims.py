@@ -17,7 +17,7 @@ from hydrofdi.config.experiment import ClaimId
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ModeGrid, claim_margins
 from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts, deviations
 from hydrofdi.report.figures import draw_figure
-from hydrofdi.report.forms.page import render_markdown
+from hydrofdi.report.page import render_markdown
 from hydrofdi.report.runs import run_table
 from hydrofdi.store.layout import names
 from hydrofdi.store.results import read_results

@@ -18,7 +18,7 @@ from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
 from hydrofdi.store.shards import FileSignals
-from hydrofdi.transforms.wavelet import percentage_change
+from hydrofdi.transforms import percentage_change
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
 

@@ -8,8 +8,7 @@ import pytest
 
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import make_indicators
-from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.indicators.record_measures import measure_sources
+from hydrofdi.indicators.measuring import measure_sources, output_unit
 from hydrofdi.records.description import path_pattern
 from hydrofdi.records.source import measured_source
 from tests.records.measuring import (

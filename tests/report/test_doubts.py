@@ -8,7 +8,7 @@ from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
 from hydrofdi.report.figures import draw_all, write_figure
-from hydrofdi.report.forms.page import render_json, write_all_forms
+from hydrofdi.report.page import render_json, write_all_forms
 from hydrofdi.store.folder import write_request
 from hydrofdi.store.results import read_results
 from tests.commands import run_json

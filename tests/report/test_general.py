@@ -15,8 +15,8 @@ from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.papers import make_report
 from hydrofdi.report.figures import KINDS, draw_figure
-from hydrofdi.report.forms.page import render_json, render_page, write_all_forms
 from hydrofdi.report.indicators import measured_indicator, relative_change
+from hydrofdi.report.page import render_json, render_page, write_all_forms
 from hydrofdi.store.layout import names
 from hydrofdi.store.results import read_results
 from hydrofdi.tables.table import Table

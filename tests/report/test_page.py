@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval
-from hydrofdi.report.forms.page import write_page
+from hydrofdi.report.page import write_page
 from hydrofdi.tables.table import Column, Table, quantity
 from tests.browser import needs_chromium, open_page, requests_of_the_page, serious_faults
 
@@ -48,7 +48,7 @@ def test_the_page_names_no_other_host_has_no_script_and_unique_ids_to_which_its_
 def test_all_figures_are_there_the_console_is_silent_and_no_host_is_asked(opened, paper_analysis):
     dom, console, log = opened
     shown = re.findall(r'<figure id="(\w+)" tabindex="0">\s*<svg', dom)
-    assert sorted(shown) == sorted(set(paper_analysis.figures()) - {"scenarios", "responses"})
+    assert sorted(shown) == sorted(set(paper_analysis.figures()) - {"responses"})
     assert console == []
     assert requests_of_the_page(log) == []
 

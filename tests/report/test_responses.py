@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from hydrofdi.papers import make_report
-from hydrofdi.report.forms.page import render_json
+from hydrofdi.report.page import render_json
 from hydrofdi.report.responses import LEAST_RUNS, rank_correlation, spread, study_responses
 from hydrofdi.store.layout import names
 from hydrofdi.store.results import read_results
@@ -33,14 +33,14 @@ def data(tmp_path_factory):
 
 
 def of(study, axis):
-    (found,) = [each for each in study.axes if each.axis.name == axis]
+    (found,) = [each for each in study.axes if each.name == axis]
     return found
 
 
 def test_medians_and_ranges_are_those_of_the_runs_with_that_value(made_up):
     study = study_responses(made_up)
     leak = of(study, "leakage.internal_flow")
-    assert (leak.against, [group.text for group in leak.axis.groups]) == ("matched", ["sealed", "0.12", "2"])
+    assert (leak.against, [group.text for group in leak.groups]) == ("matched", ["sealed", "0.12", "2"])
     rms = made_up.columns[names.DETAIL_RMS][:, 1]
     deltas = 100.0 * (1.0 - rms[[2, 3]] / rms[[0, 1]])
     small = leak.responses[1].over[1]
@@ -62,14 +62,14 @@ def test_the_order_of_the_runs_changes_nothing(data):
     order = np.random.default_rng(0).permutation(data.n_run)
     axis = of(study_responses(data), "fluid.bulk_modulus")
     for response in axis.responses:
-        for group, found in zip(axis.axis.groups, response.over, strict=True):
+        for group, found in zip(axis.groups, response.over, strict=True):
             assert spread(response.feature.values[order][group.rows[order]]) == found
 
 
 def test_baselines_that_were_added_are_in_no_group(data):
     study = study_responses(data)
     assert int(study.runs.sum()) == 32 < data.n_run
-    axis = of(study, "fluid.bulk_modulus").axis
+    axis = of(study, "fluid.bulk_modulus")
     assert np.isnan(axis.drawn[~study.runs]).all()
     assert sum(int(group.rows.sum()) for group in axis.groups) == 32
 
@@ -77,7 +77,7 @@ def test_baselines_that_were_added_are_in_no_group(data):
 def test_where_each_run_is_its_own_baseline_the_features_stand_themselves(tmp_path):
     text = "name: own\nrecord: {duration: 1 s}\nsweep: {grid: {supply.pressure: [12 MPa, 18 MPa]}}\n"
     (found,) = study_responses(read_results(sweep_in(tmp_path, text).directory)).axes
-    assert (found.axis.header, found.against) == ("supply.pressure [MPa]", "")
+    assert (found.header, found.against) == ("supply.pressure [MPa]", "")
     assert found.responses[0].feature.header == "RMS of d1 [kPa]"
     assert found.responses[0].over[0].median != found.responses[0].over[1].median
 

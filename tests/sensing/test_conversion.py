@@ -6,8 +6,7 @@ import pytest
 from hydrofdi.simulation import sensing
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.lanes import HALF_WIDTH
-from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import detail_rms
+from hydrofdi.transforms import WaveletConfig, detail_rms
 from tests import machines
 from tests.machines import machine
 from tests.second_solver import simulate_with_solver

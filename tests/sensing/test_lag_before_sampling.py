@@ -13,7 +13,7 @@ from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.simulation import batch
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.sensing import CHANNELS, CLOCK, Clocks, random_generator, sampling_instants
-from hydrofdi.transforms.wavelet import detail_rms
+from hydrofdi.transforms import detail_rms
 from tests import machines
 from tests.machines import RIG, settings_of
 from tests.second_solver import simulate_with_solver

@@ -28,7 +28,7 @@ from hydrofdi.simulation.lanes import (
     pack_lanes,
 )
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.wavelet import detail_rms
+from hydrofdi.transforms import detail_rms
 from tests.machines import RIG, settings_of
 from tests.simulation import reference
 

@@ -18,7 +18,7 @@ from hydrofdi.store.folder import write_request
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.store.results import read_results
-from hydrofdi.transforms.wavelet import detail_rms
+from hydrofdi.transforms import detail_rms
 from tests.commands import run_json
 from tests.conftest import sweep_in
 

@@ -11,7 +11,7 @@ from hydrofdi.config.runs import expand_runs
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
+from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 from hydrofdi.records import Channel
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import changes_since_before, measured_study, read_study

@@ -10,18 +10,21 @@ from hydrofdi.config import RunSpec
 from hydrofdi.config.request import RunRequest
 from hydrofdi.execution import compute as compute_module
 from hydrofdi.execution.compute import Job, compute_columns
-from hydrofdi.indicators.catalogue.dwt import phase_rms
+from hydrofdi.indicators.catalogue.wavelets import phase_rms
 from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle, pressure_features
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.transforms import undecimated
-from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import (
+from hydrofdi.transforms import (
+    WaveletConfig,
+    boundary_length,
     coefficient_rms,
     detail_coefficients,
     detail_rms,
     level_bands,
     n_phase,
     percentage_change,
+    phase_detail_rms,
+    undecimated_coefficients,
+    undecimated_rms,
 )
 
 RECORD = np.random.default_rng(7).normal(size=1024).cumsum()
@@ -87,7 +90,7 @@ def _record(seed: int, n_time: int) -> np.ndarray:
 @given(st.integers(0, 2**32 - 1), st.integers(40, 700), st.integers(1, 5), ORTHOGONAL)
 def test_energy_is_partitioned_at_any_length(seed, n_time, levels, name):
     record = _record(seed, n_time)
-    rms = undecimated.undecimated_rms(record, WaveletConfig(name=name, levels=levels))
+    rms = undecimated_rms(record, WaveletConfig(name=name, levels=levels))
     power = np.square(rms.detail) / 2.0 ** np.arange(1, levels + 1)
     total = power.sum() + rms.approximation[-1] ** 2 / 2.0**levels
     assert total == pytest.approx(np.mean(record**2), rel=1e-10)
@@ -96,19 +99,19 @@ def test_energy_is_partitioned_at_any_length(seed, n_time, levels, name):
 @given(st.integers(0, 2**32 - 1), st.integers(64, 700), st.integers(1, 5), st.integers(0, 700))
 def test_parseval_gives_the_rms_of_the_coefficients_wherever_a_circle_starts(seed, n_time, levels, shift):
     record, wavelet = _record(seed, n_time), WaveletConfig(levels=levels)
-    details, approximations = undecimated.undecimated_coefficients(record, wavelet)
-    rms = undecimated.undecimated_rms(record, wavelet)
+    details, approximations = undecimated_coefficients(record, wavelet)
+    rms = undecimated_rms(record, wavelet)
     np.testing.assert_allclose(np.sqrt(np.mean(details**2, axis=-1)), rms.detail, rtol=1e-9)
     np.testing.assert_allclose(np.sqrt(np.mean(approximations**2, axis=-1)), rms.approximation, rtol=1e-9)
-    turned = undecimated.undecimated_rms(np.roll(record, shift), wavelet)
+    turned = undecimated_rms(np.roll(record, shift), wavelet)
     np.testing.assert_allclose(turned.detail, rms.detail, rtol=1e-9)
 
 
 def test_the_bits_of_a_record_do_not_depend_on_the_others():
     records = np.random.default_rng(3).normal(size=(67, 4000))
-    together = undecimated.undecimated_rms(records, WaveletConfig())
+    together = undecimated_rms(records, WaveletConfig())
     for first, last in ((0, 1), (5, 12), (40, 67)):
-        alone = undecimated.undecimated_rms(records[first:last], WaveletConfig())
+        alone = undecimated_rms(records[first:last], WaveletConfig())
         np.testing.assert_array_equal(alone.detail, together.detail[first:last])
         np.testing.assert_array_equal(alone.approximation, together.approximation[first:last])
 
@@ -116,9 +119,7 @@ def test_the_bits_of_a_record_do_not_depend_on_the_others():
 @pytest.mark.parametrize("name", ["db8", "haar", "bior2.4"])
 def test_the_coefficients_are_those_of_the_stationary_transform_of_pywavelets(name):
     record, levels = _record(3, 1024), 5
-    details, approximations = undecimated.undecimated_coefficients(
-        record, WaveletConfig(name=name, levels=levels)
-    )
+    details, approximations = undecimated_coefficients(record, WaveletConfig(name=name, levels=levels))
     for level, (approximation, detail) in enumerate(reversed(pywt.swt(record, name, level=levels))):
         # PyWavelets centres each filter; the coefficients are the same, turned by half of its length.
         delay = pywt.Wavelet(name).dec_len // 2 * (2 ** (level + 1) - 1)
@@ -129,7 +130,7 @@ def test_the_coefficients_are_those_of_the_stationary_transform_of_pywavelets(na
 @pytest.mark.parametrize(("name", "phase"), [("db8", 0), ("db8", 31), ("sym4", 5)])
 def test_a_decimated_transform_keeps_every_second_to_the_j_coefficient_from_its_phase(name, phase):
     record, wavelet = _record(4, 4000), WaveletConfig(name=name)
-    details, _ = undecimated.undecimated_coefficients(record, wavelet)
+    details, _ = undecimated_coefficients(record, wavelet)
     decimated = pywt.wavedec(record[phase:], name, mode="zero", level=5)[:0:-1]
     for level in range(5):
         distance, first = 2 ** (level + 1), 20  # the first coefficients depend on the extension
@@ -139,27 +140,27 @@ def test_a_decimated_transform_keeps_every_second_to_the_j_coefficient_from_its_
 
 def test_the_mean_square_is_the_mean_over_the_start_phases():
     record, wavelet = _record(5, 32 * 40), WaveletConfig()
-    details, _ = undecimated.undecimated_coefficients(record, wavelet)
-    phases = undecimated.phase_detail_rms(details, first_sample=0)
+    details, _ = undecimated_coefficients(record, wavelet)
+    phases = phase_detail_rms(details, first_sample=0)
     assert phases.shape == (32, 5)
-    expected = undecimated.undecimated_rms(record, wavelet).detail
+    expected = undecimated_rms(record, wavelet).detail
     np.testing.assert_allclose(np.sqrt(np.mean(phases**2, axis=0)), expected, rtol=1e-10)
 
 
 @given(st.integers(0, 100), st.integers(0, 31))
 def test_phases_count_from_the_start_of_the_record(first_sample, phase):
     record, wavelet = _record(6, 640), WaveletConfig()
-    details, _ = undecimated.undecimated_coefficients(record, wavelet)
-    here = undecimated.phase_detail_rms(details, first_sample)[phase]
-    there = undecimated.phase_detail_rms(details, 0)[(phase - first_sample) % 32]
+    details, _ = undecimated_coefficients(record, wavelet)
+    here = phase_detail_rms(details, first_sample)[phase]
+    there = phase_detail_rms(details, 0)[(phase - first_sample) % 32]
     np.testing.assert_array_equal(here, there)
 
 
 def test_phases_of_the_middle_of_a_record_are_those_of_the_decimated_transform():
     record, wavelet = _record(7, 64_000), WaveletConfig(boundary="left_out")
-    details, _ = undecimated.undecimated_coefficients(record, wavelet)
-    outside = undecimated.boundary_length(wavelet)
-    ours = undecimated.phase_detail_rms(details[:, outside:], outside)
+    details, _ = undecimated_coefficients(record, wavelet)
+    outside = boundary_length(wavelet)
+    ours = phase_detail_rms(details[:, outside:], outside)
     theirs = phase_rms(record, wavelet)
     np.testing.assert_allclose(ours, theirs, rtol=0.03)  # windows differ by one boundary
 

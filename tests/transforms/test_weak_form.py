@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from hydrofdi.indicators.catalogue.ring_down import common_motion, fit_free_motion
+from hydrofdi.indicators.catalogue.transients import half_periods, jumps
 from hydrofdi.indicators.estimation.chamber_balance import weak_weights
-from hydrofdi.indicators.single_channel import half_periods, jumps
-from hydrofdi.transforms.free_motion import common_motion, fit_free_motion
 
 
 def weak_integrals(samples, frequency, half):

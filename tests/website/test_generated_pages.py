@@ -105,7 +105,7 @@ def test_every_kind_of_figure_is_in_the_gallery():
     [
         ("docs/results.md", "../configs/table3.yaml", "/reference/configurations/table3.md"),
         ("docs/studies.md", "../configs/schema.json#study", "/reference/configuration.md#study"),
-        ("docs/index.md", "../hydrofdi/indicators/models/weak_rls.py", "/reference/indicators.md#weak_rls"),
+        ("docs/index.md", "../hydrofdi/indicators/catalogue#weak_rls", "/reference/indicators.md#weak_rls"),
         ("docs/running.md", "../configs/", "/reference/configurations/index.md"),
         ("CHANGELOG.md", "docs/files.md#layout", "/files.md#layout"),
         ("docs/measured.md", "https://example.org/a.yaml", "https://example.org/a.yaml"),

@@ -21,8 +21,7 @@ from hydrofdi.detectors.trained.file import Made, fleet_at
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.simulated import SimulatedRecords
-from hydrofdi.indicators.overview import Indicators
-from hydrofdi.indicators.selection import of_machine
+from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of
 from hydrofdi.settings.files import located, plain

@@ -18,7 +18,7 @@ from hydrofdi.config.sections.plant import PlantConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig
 from hydrofdi.settings.messages import counted, shown_quantity
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms import WaveletConfig
 
 _PERIODS = re.compile(r"\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*periods?\s*")
 

@@ -15,9 +15,8 @@ from hydrofdi.detectors import rules
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import Indicator, Output
-from hydrofdi.indicators.overview import Indicators
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
-from hydrofdi.indicators.selection import make_indicators
+from hydrofdi.indicators.selection import Indicators, make_indicators
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.streams import CycleWindower, TimeWindower, Windower
 from hydrofdi.settings.files import Keys as KeyPath

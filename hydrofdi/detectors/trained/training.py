@@ -28,10 +28,10 @@ from hydrofdi.detectors.trained.verdicts import TEMPERATURE, learned_range, stan
 from hydrofdi.errors import DataError, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import WindowOptions
+from hydrofdi.indicators.estimation.whole_record import likeliest_wrong, sentence
 from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
-from hydrofdi.indicators.wrong_sheet import likeliest_wrong, sentence
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.cutting import found_period
 from hydrofdi.settings.messages import time_text

@@ -1,1 +1,1 @@
-"""The built-in indicators: one module each, with the name of the indicator."""
+"""The built-in indicators."""

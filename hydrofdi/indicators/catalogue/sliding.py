@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, Trace
+from hydrofdi.indicators.contract import Indicator, Output, RecursiveIndicator, RecursiveOptions, Trace
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.messages import nearest

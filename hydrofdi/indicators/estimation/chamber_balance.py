@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.physics.equation import equation, signed_root
+from hydrofdi.physics import equation, signed_root
 from hydrofdi.physics.valve import chamber_1_orifice_drop
 from hydrofdi.records import Array
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN, UNKNOWNS
-from hydrofdi.physics.equation import equation
+from hydrofdi.physics import equation
 from hydrofdi.records import Array
 
 _WIDTH = N_UNKNOWN + 1
@@ -46,9 +46,9 @@ LAW = 0.3
 class RlsState(NamedTuple):
     """State between windows.
 
-    `moments` (n_record, n_memory, n_chamber, _WIDTH, _WIDTH): lower triangles of sums of products; `counts`
-    (n_record, n_memory): valid windows, with forgetting; `pressures` (n_record, n_memory, 3): integrals over
-    all windows, with forgetting, of 1, √|ΔP| and |ΔP|.
+    `moments` (n_record, n_chamber, _WIDTH, _WIDTH): lower triangles of sums of products; `counts`
+    (n_record,): valid windows, with forgetting; `pressures` (n_record, 3): integrals over all windows, with
+    forgetting, of 1, √|ΔP| and |ΔP|.
     """
 
     moments: Array
@@ -95,22 +95,16 @@ N_ESTIMATE = 2 * N_UNKNOWN + 8
 """Number of values of an estimate."""
 
 
-def new_state(n_record: int, n_memory: int, n_chamber: int) -> RlsState:
+def new_state(n_record: int, n_chamber: int) -> RlsState:
     """The state before the first window."""
-    return RlsState(
-        np.zeros((n_record, n_memory, n_chamber, _WIDTH, _WIDTH)),
-        np.zeros((n_record, n_memory)),
-        np.zeros((n_record, n_memory, 3)),
-    )
+    shapes = (n_record, n_chamber, _WIDTH, _WIDTH), (n_record,), (n_record, 3)
+    return RlsState(*map(np.zeros, shapes))
 
 
 def new_scratch() -> Scratch:
     """Scratch memory for `follow_windows`."""
-    square, row = (N_UNKNOWN, N_UNKNOWN), N_UNKNOWN
-    return Scratch(
-        np.zeros(_WIDTH), np.zeros((_WIDTH, _WIDTH)), np.zeros(square), np.zeros(square), np.zeros(square),
-        np.zeros(row), np.zeros(row),
-    )  # fmt: skip
+    square, row = (N_UNKNOWN, N_UNKNOWN), (N_UNKNOWN,)
+    return Scratch(*map(np.zeros, ((_WIDTH,), (_WIDTH, _WIDTH), square, square, square, row, row)))
 
 
 @equation
@@ -306,43 +300,37 @@ def nan_unless_finite(out: Any) -> None:
 
 @equation
 def take_window(
-    state: RlsState, r: int, columns: Any, targets: Any, counts: float, known: Assumptions, decays: Any,
+    state: RlsState, r: int, columns: Any, targets: Any, counts: float, known: Assumptions, decay: float,
     row: Any,
 ) -> None:  # fmt: skip
     """Add the equations of a window to the moments of a record."""
-    n_chamber = targets.shape[0]
+    n_chamber, pressures = targets.shape[0], state.pressures[r]
     # The column of the clearance is ∫ φ ΔP, in the mean of both chambers.
     difference = 0.5 * (columns[0, _CLEARANCE] + columns[n_chamber - 1, _CLEARANCE])
-    for memory in range(decays.shape[0]):
-        decay, pressures = decays[memory], state.pressures[r, memory]
-        state.counts[r, memory] = decay * state.counts[r, memory] + counts
-        is_finite = abs(columns[0, _LEAK]) + abs(difference) < math.inf
-        pressures[0] = decay * pressures[0] + (known.half_time if is_finite else 0.0)
-        pressures[1] = decay * pressures[1] + (abs(columns[0, _LEAK]) if is_finite else 0.0)
-        pressures[2] = decay * pressures[2] + (abs(difference) if is_finite else 0.0)
-        for chamber in range(n_chamber):
-            for i in range(_WIDTH):
-                for j in range(i + 1):
-                    state.moments[r, memory, chamber, i, j] *= decay
+    state.counts[r] = decay * state.counts[r] + counts
+    is_finite = abs(columns[0, _LEAK]) + abs(difference) < math.inf
+    pressures[0] = decay * pressures[0] + (known.half_time if is_finite else 0.0)
+    pressures[1] = decay * pressures[1] + (abs(columns[0, _LEAK]) if is_finite else 0.0)
+    pressures[2] = decay * pressures[2] + (abs(difference) if is_finite else 0.0)
+    for chamber in range(n_chamber):
+        for i in range(_WIDTH):
+            for j in range(i + 1):
+                state.moments[r, chamber, i, j] *= decay
     if counts > 0.0:
         for chamber in range(n_chamber):
             for i in range(N_UNKNOWN):
                 row[i] = known.deviations[i] * columns[chamber, i] / known.error
             row[N_UNKNOWN] = targets[chamber] / known.error
-            for memory in range(decays.shape[0]):
-                moments = state.moments[r, memory, chamber]
-                for i in range(_WIDTH):
-                    for j in range(i + 1):
-                        moments[i, j] += row[i] * row[j]
+            for i in range(_WIDTH):
+                for j in range(i + 1):
+                    state.moments[r, chamber, i, j] += row[i] * row[j]
 
 
 @equation
-def estimate(
-    state: RlsState, r: int, memory: int, prior: Any, known: Assumptions, s: Scratch, out: Any
-) -> None:
+def estimate(state: RlsState, r: int, prior: Any, known: Assumptions, s: Scratch, out: Any) -> None:
     """Write an estimate of a record; NaN if it is not finite."""
     deviations, reference = known.deviations, known.reference
-    moments, count = state.moments[r, memory], state.counts[r, memory]
+    moments, count = state.moments[r], state.counts[r]
     n_chamber = moments.shape[0]
     out[MISFIT], out[UNDETERMINED] = fit(moments, 0, n_chamber, count, prior, 1.0, known, s)
     write_estimate(reference, deviations, s, out)
@@ -350,14 +338,14 @@ def estimate(
     of_valve, of_leak = deviations[_CLEARANCE], deviations[_LEAK] / np.sqrt(reference)
     wider = max(1.0, of_leak / of_valve) if of_valve > 0.0 else 1.0
     fit(moments, 0, n_chamber, count, prior, wider, known, s)
-    write_flow(reference, state.pressures[r, memory], deviations, s, out)
+    write_flow(reference, state.pressures[r], deviations, s, out)
     nan_unless_finite(out)
 
 
 @equation
-def disagreement(state: RlsState, r: int, memory: int, prior: Any, known: Assumptions, s: Scratch) -> float:
+def disagreement(state: RlsState, r: int, prior: Any, known: Assumptions, s: Scratch) -> float:
     """Difference between the K_i of each chamber alone, over its standard deviation."""
-    moments, count = state.moments[r, memory], state.counts[r, memory]
+    moments, count = state.moments[r], state.counts[r]
     difference, variance = 0.0, 0.0
     for chamber in range(moments.shape[0]):
         fit(moments, chamber, chamber + 1, count, prior, 1.0, known, s)
@@ -375,19 +363,17 @@ def follow_windows(
     due: NDArray[np.int64],
     priors: Array,
     known: Assumptions,
-    decays: Array,
+    decay: float,
     state: RlsState,
     scratch: Scratch,
     estimates: Array,
 ) -> None:
-    """Process windows of streams, and fill the estimates (n_record, n_memory, n_instant, N_ESTIMATE).
-
-    Only the first memory has estimates at all instants, the others at the last one.
+    """Process windows of streams, and fill the estimates (n_record, n_instant, N_ESTIMATE).
 
     `columns` (n_record, n_window, n_chamber, N_UNKNOWN), `targets` [m³] and `counts` (n_record, n_window), 1
     if a window is valid, else 0; forgetting continues in both cases. `due` (n_instant,): number of these
     windows that are complete at each estimate. `priors` (n_record, n_instant, N_UNKNOWN): prior means over
-    the prior deviations. `decays` (n_memory,): forgetting factor per window.
+    the prior deviations. `decay`: forgetting factor per window.
 
     The state is updated in place. Estimates are NaN once a window was not finite; they are not fed back, so
     they cannot diverge.
@@ -398,14 +384,10 @@ def follow_windows(
             n_due = due[instant] if instant < due.shape[0] else columns.shape[1]
             while n_taken < n_due:
                 of_window = columns[r, n_taken], targets[r, n_taken], counts[r, n_taken]
-                take_window(state, r, *of_window, known, decays, scratch.row)
+                take_window(state, r, *of_window, known, decay, scratch.row)
                 n_taken += 1
             if instant < due.shape[0]:
-                is_last, prior = instant == due.shape[0] - 1, priors[r, instant]
-                for memory in range(decays.shape[0]):
-                    # Values of the whole record are needed only at its end.
-                    if is_last or memory == 0:
-                        out = estimates[r, memory, instant]
-                        estimate(state, r, memory, prior, known, scratch, out)
-                        if is_last and memory == decays.shape[0] - 1 and columns.shape[2] == 2:
-                            out[DISAGREEMENT] = disagreement(state, r, memory, prior, known, scratch)
+                out, prior = estimates[r, instant], priors[r, instant]
+                estimate(state, r, prior, known, scratch, out)
+                if instant == due.shape[0] - 1 and columns.shape[2] == 2:
+                    out[DISAGREEMENT] = disagreement(state, r, prior, known, scratch)

@@ -1,7 +1,4 @@
-"""Figures 2 to 4 of a scenario; what the conclusions depend on.
-
-That is, margins over the start phases, and shares over the scenarios.
-"""
+"""Figures 2 to 4 of a scenario, and margins of the claims over the start phases."""
 
 from __future__ import annotations
 
@@ -15,13 +12,12 @@ from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import ABSENT, CLAIMS, Outcome
-from hydrofdi.papers.maddahi2015.study import CLAIM_SETS, ScenarioStudy, StudyData
+from hydrofdi.papers.maddahi2015.study import StudyData
 from hydrofdi.report.document import FigureKind
-from hydrofdi.report.figures.signals import PANELS, draw_beside
-from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE, series, time_axis
-from hydrofdi.report.wording import kilopascal, mode_name
+from hydrofdi.report.figures import BLUE, GREEN, INK, ORANGE, series, time_axis
+from hydrofdi.report.figures.signals import PANELS, details, draw_beside
+from hydrofdi.report.runs import kilopascal, mode_name
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.wavelet import detail_coefficients
 
 
 def _position(study: StudyData, leakage: int, bulk_modulus: int) -> int:
@@ -79,8 +75,8 @@ def draw_details(study: StudyData, level: int) -> Figure:
     figure = Figure(figsize=(7.0, 0.6 + 1.6 * len(runs)), layout="constrained")
     axes: Any = figure.subplots(len(runs), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for number, (axis, (modulus, position, time, pressure)) in enumerate(zip(axes, runs, strict=True)):
-        instants, details = detail_coefficients(pressure, wavelet, level, time)
-        axis.plot(instants, 1e-3 * details, color=series(number, len(runs))["color"], linewidth=0.7)
+        color = series(number, len(runs))["color"]
+        axis.plot(*details(pressure, wavelet, level, time), color=color, linewidth=0.7)
         rms = float(study.data.columns[names.DETAIL_RMS][position][level - 1])
         mode = mode_name(_flow(study, leakage), modulus)
         axis.set(title=f"{mode}: RMS {kilopascal(rms)} kPa", ylabel=f"$d_{level}$ of $P_1$ [kPa]")
@@ -139,81 +135,6 @@ def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
     axis.set_ylim(len(names) - 0.5, -0.5)
 
 
-def draw_scenarios(study: StudyData) -> Figure:
-    """Share of the feasible scenarios that reproduce each claim, and C1–C4 by parameter value."""
-    scenarios = study.scenarios
-    if scenarios is None:
-        raise ReportError("the experiment has no ensemble")
-    if not scenarios.feasible.any():
-        raise ReportError("no scenario is feasible")
-    heights, labels = _layout(scenarios)
-    ratios = [len(CLAIM_SETS) * 0.36 + 0.6, len(labels) * 0.2 + 0.6]
-    figure = Figure(figsize=(7.4, sum(ratios) + 0.6), layout="constrained")
-    top, bottom = figure.subplots(2, 1, height_ratios=ratios)
-    _draw_claims(top, scenarios)
-    _draw_values(bottom, scenarios, heights)
-    bottom.set_yticks(list(labels), list(labels.values()), fontsize=7.5)
-    bottom.invert_yaxis()
-    if bottom.get_legend_handles_labels()[0]:
-        figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    return figure
-
-
-def _draw_claims(axis: Any, study: ScenarioStudy) -> None:
-    total = int(study.feasible.sum())
-    counts = [study.count(claims, study.feasible) for claims in CLAIM_SETS.values()]
-    shares = [100.0 * int(study.reproducing(claims).sum()) / total for claims in CLAIM_SETS.values()]
-    colors = [BLUE if len(claims) == 1 else ORANGE for claims in CLAIM_SETS.values()]
-    bars = axis.barh(range(len(shares)), shares, color=colors, height=0.7)
-    texts = ["open" if count is None else f"{count:,}" for count in counts]
-    axis.bar_label(bars, texts, padding=3, fontsize=8, color=INK)
-    axis.set_yticks(range(len(shares)), [_SENTENCES.get(name, name) for name in CLAIM_SETS], fontsize=7.5)
-    axis.invert_yaxis()
-    axis.grid(visible=False, axis="y")
-    axis.set(
-        xlim=(0.0, 109.0),
-        title=f"scenarios that reproduce the claims, of {total:,} feasible ones",
-        xlabel="share of the feasible scenarios [%]",
-    )
-
-
-def _draw_values(axis: Any, study: ScenarioStudy, heights: list[float]) -> None:
-    for name, color, marker, size in (("C1–C4", ORANGE, "o", 7.5), ("C1–C6", BLUE, "D", 4.0)):
-        claims = CLAIM_SETS[name]
-        if study.is_open(claims):
-            continue
-        mask, decided = study.reproducing(claims), study.decided(claims)
-        members = [(value.members & decided, value.members & mask) for value in study.value_shares]
-        shares = [
-            100.0 * int(held.sum()) / int(all_.sum()) if all_.any() else np.nan for all_, held in members
-        ]
-        axis.axvline(100.0 * mask.sum() / decided.sum(), color=color, linewidth=0.8, linestyle=":")
-        axis.plot(
-            shares, heights, linestyle="none", clip_on=False, label=name, color=color, marker=marker,
-            markersize=size,
-        )  # fmt: skip
-    axis.grid(color=RULE, axis="y")
-    axis.set(
-        title="the same by parameter value; dotted: over all",
-        xlabel="share of the feasible scenarios with this value [%]",
-    )
-    axis.set_xlim(left=0.0)
-
-
-def _layout(study: ScenarioStudy) -> tuple[list[float], dict[float, str]]:
-    """Height of each value, and what stands at the heights, parameters above their values."""
-    heights: list[float] = []
-    labels: dict[float, str] = {}
-    previous = None
-    for value in study.value_shares:
-        if value.parameters != previous:
-            labels[float(len(labels))] = ", ".join(value.parameters)
-        heights.append(float(len(labels)))
-        labels[heights[-1]] = value.text
-        previous = value.parameters
-    return heights, labels
-
-
 def study_figures(study: StudyData) -> dict[str, FigureKind]:
     """Name → figure."""
     figures: dict[str, tuple[str, Callable[..., Any]]] = {
@@ -221,6 +142,5 @@ def study_figures(study: StudyData) -> dict[str, FigureKind]:
         "figure3": ("Figure 3: d2 of P_1 over the EBM, small leakage", partial(draw_details, level=2)),
         "figure4": ("Figure 4: d3 of P_1 over the EBM, small leakage", partial(draw_details, level=3)),
         "phases": ("Claims and the sealed alarm at every start phase, and settled", draw_phases),
-        "scenarios": ("Scenarios that reproduce the claims, and the values that carry it", draw_scenarios),
     }
     return {name: FigureKind(caption, partial(draw, study)) for name, (caption, draw) in figures.items()}

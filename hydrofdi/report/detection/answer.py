@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
-from hydrofdi.report.wording import capitalized, joined
+from hydrofdi.report.runs import capitalized, joined
 from hydrofdi.settings.messages import HOLE, counted, two_digits
 from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.tables.table import Column, Table
@@ -243,8 +243,9 @@ def false_alarms_block(detection: Detection) -> Block | None:
         f" text *): significantly more alarms than the threshold allows ({100.0 * rules.confidence:g} %"
         " confidence). A score without false alarms in a shift is of use only where it finds leaks as well."
     )
-    figures = ("false_alarms", "densities")
-    return Block("false-alarms", "False alarms", (sentence,), tuple(tables), figures) if tables else None
+    return (
+        Block("false-alarms", "False alarms", (sentence,), tuple(tables), ("densities",)) if tables else None
+    )
 
 
 def _names(shown: Sequence[Judgement]) -> Column:

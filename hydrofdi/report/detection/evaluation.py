@@ -7,8 +7,13 @@ from functools import cached_property
 from typing import Any
 
 from hydrofdi.report.detection.answer import remarks_with_counts
-from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table
-from hydrofdi.report.detection.record import detection_records, study_record
+from hydrofdi.report.detection.record import (
+    conclusion,
+    detection_records,
+    labelled_table,
+    pairs_table,
+    study_record,
+)
 from hydrofdi.studies.healthy import Left
 from hydrofdi.studies.records import Detection
 from hydrofdi.tables.table import Table

@@ -156,19 +156,11 @@ def best_with_sensors(detection: Detection) -> dict[frozenset[str], Judgement]:
     best = {
         sensors: each
         for each in reversed(able)
-        for sensors in of_sensors(detection)
+        for sensors in dict.fromkeys(frozenset(each.scored.channels) for each in judged)
         if sensors == frozenset(each.scored.channels)
         or frozenset() < frozenset(each.scored.channels) < sensors
     }
     return dict(sorted(best.items(), key=lambda item: able.index(item[1])))
-
-
-def of_sensors(detection: Detection) -> dict[frozenset[str], list[Judgement]]:
-    """Each set of sensors → its scores; sets and scores in the order of the ranking."""
-    scores: dict[frozenset[str], list[Judgement]] = {}
-    for judgement in detection.judgements:
-        scores.setdefault(frozenset(judgement.scored.channels), []).append(judgement)
-    return scores
 
 
 def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
@@ -176,7 +168,7 @@ def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
 
     Those that are known to keep their false-alarm rate and have a q90/95 come first.
     """
-    others = {sensors: scores[0] for sensors, scores in of_sensors(detection).items()}
+    others = {frozenset(each.scored.channels): each for each in reversed(detection.judgements)}
     best = (others | best_with_sensors(detection)).values()
     return tuple(each for each in detection.judgements if each in best)
 

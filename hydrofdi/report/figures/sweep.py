@@ -12,11 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hydrofdi.config.runs import spread
-from hydrofdi.report.figures.style import BLUE, INK, log_axis
+from hydrofdi.report.figures import BLUE, INK, log_axis
 from hydrofdi.report.plane import Plane
-from hydrofdi.report.responses import AGAINST, RANGES, Axis, AxisResponses, Feature, ResponseStudy
-from hydrofdi.report.runs import Array
-from hydrofdi.report.wording import signed
+from hydrofdi.report.responses import AGAINST, RANGES, Axis, Feature, ResponseStudy
+from hydrofdi.report.runs import Array, signed
 from hydrofdi.settings.messages import number_text
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
@@ -65,9 +64,9 @@ def _largest(items: Sequence[Any], sizes: Sequence[float], most: int) -> list[An
     return [items[place] for place in order[:most]]
 
 
-def _draw_column(panels: Any, responses: AxisResponses, shown: Sequence[str]) -> None:
-    places, labels = _places(responses.axis)
-    by_name = {one.feature.header: one for one in responses.responses}
+def _draw_column(panels: Any, axis: Axis, shown: Sequence[str]) -> None:
+    places, labels = _places(axis)
+    by_name = {one.feature.header: one for one in axis.responses}
     for panel, name in zip(panels, shown, strict=True):
         if name in by_name:
             over = by_name[name].over
@@ -75,11 +74,9 @@ def _draw_column(panels: Any, responses: AxisResponses, shown: Sequence[str]) ->
             panel.fill_between(places, low, high, color=BLUE, alpha=0.2, linewidth=0)
             panel.plot(places, [spread.median for spread in over], color=BLUE, marker="o", markersize=3.5)
     _mark_values(panels[-1], places, labels)
-    panels[-1].set_xlabel(
-        responses.axis.header if "[" in responses.axis.header or labels else f"{responses.axis.header} [–]"
-    )
-    if responses.against:
-        panels[0].set_title(fill(f"δ against {AGAINST[responses.against]}", 32), fontsize=8)
+    panels[-1].set_xlabel(axis.header if "[" in axis.header or labels else f"{axis.header} [–]")
+    if axis.against:
+        panels[0].set_title(fill(f"δ against {AGAINST[axis.against]}", 32), fontsize=8)
 
 
 def _places(axis: Axis) -> tuple[list[float], list[str]]:
@@ -107,7 +104,7 @@ def _mark_values(panel: Any, places: Sequence[float], labels: Sequence[str]) -> 
         panel.xaxis.set_major_formatter("{x:g}")
 
 
-def _note(axes: Sequence[AxisResponses], n_axis: int, n_feature: int, n_all: int) -> str:
+def _note(axes: Sequence[Axis], n_axis: int, n_feature: int, n_all: int) -> str:
     note = f"Line: median of the runs with this value; band: {RANGES}"
     if len(axes) < n_axis:
         note += f". Shown are the {len(axes)} of {n_axis} parameters that move a feature most"

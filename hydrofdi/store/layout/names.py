@@ -14,7 +14,7 @@ from hydrofdi.config.experiment import DWT, NAMED, Indicators
 from hydrofdi.config.experiment import SIGNALS as SIGNALS
 from hydrofdi.config.request import short_name
 from hydrofdi.config.runs import Runs
-from hydrofdi.transforms.wavelet import n_phase
+from hydrofdi.transforms import n_phase
 
 FORMAT_VERSION = 4
 """Version of the layout of shards and experiment files."""

@@ -14,7 +14,7 @@ from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.report.detection.answer import answer_block
 from hydrofdi.report.detection.record import designs_block
 from hydrofdi.report.detection.wording import best_with_sensors, sensors
-from hydrofdi.report.forms.page import render_json
+from hydrofdi.report.page import render_json
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored, StudyRecords
 from hydrofdi.tables.table import Table

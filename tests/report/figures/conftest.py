@@ -30,23 +30,6 @@ sweep:
     supply.pressure: {linspace: [15 MPa, 19 MPa, 15]}
 """
 
-SCENARIOS = """\
-name: unknown
-paper: maddahi2015
-record: {duration: 2 s}
-store: {signals: none}
-sweep:
-  grid:
-    leakage.internal_flow: [0 L/min, 0.12 L/min, 0.89 L/min, 2 L/min]
-    fluid.bulk_modulus: [551 MPa, 689 MPa, 827 MPa]
-ensemble:
-  sample:
-    count: 6
-    over:
-      actuator.chamber_volume: {uniform: [160 cm^3, 470 cm^3]}
-      friction.viscous: {choice: [50 N·s/m, 250 N·s/m]}
-"""
-
 
 @pytest.fixture(scope="session")
 def reports(tmp_path_factory):
@@ -64,7 +47,6 @@ def reports(tmp_path_factory):
     return {
         "modes": made(MODES),
         "many": made(MANY),
-        "scenarios": made(SCENARIOS),
         "study": ready("detectability-smoke"),
         "delays": ready("delays/smoke"),
     }

@@ -11,16 +11,23 @@ from matplotlib.colors import to_hex
 
 import hydrofdi
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.report.figures import draw_all, draw_figure
+from hydrofdi.report.figures import (
+    COLORS,
+    LINES,
+    MARKERS,
+    SETTINGS,
+    draw_all,
+    draw_figure,
+    figure_bytes,
+    series,
+)
 from hydrofdi.report.figures.signals import draw_record
-from hydrofdi.report.figures.style import COLORS, LINES, MARKERS, SETTINGS, figure_bytes, series
 
 GOLDEN = Path(__file__).parent / "golden"
 
 COMPARED = [
     ("modes", "sensitivity"),
     ("many", "responses"),
-    ("scenarios", "scenarios"),
     ("study", "answer"),
     ("study", "ranking"),
     ("study", "pod"),

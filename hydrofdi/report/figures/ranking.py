@@ -1,8 +1,9 @@
-"""What is found: the answer in one picture, every score, and how soon a chart alarms."""
+"""What is found: the answer in one picture, every score, how soon a chart alarms; all figures of a study."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from textwrap import fill
 from typing import Any
 
@@ -14,8 +15,9 @@ from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.scores import Population
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
-from hydrofdi.report.figures.detection.populations import sensor_marks
-from hydrofdi.report.figures.style import (
+from hydrofdi.report.detection.wording import answers, severity_unit
+from hydrofdi.report.document import FigureKind
+from hydrofdi.report.figures import (
     BLUE,
     GREY,
     INK,
@@ -27,6 +29,7 @@ from hydrofdi.report.figures.style import (
     row_axis,
     series,
 )
+from hydrofdi.report.figures.detection import draw_densities, draw_pod, draw_roc, sensor_marks
 from hydrofdi.studies.records import ChartJudgement, Detection, Judgement
 from hydrofdi.units import convert
 
@@ -234,3 +237,36 @@ def _draw_line(axis: Any, charts: Sequence[ChartJudgement], level: Population, s
     every, medians, low, high = np.array(known).reshape(-1, 4).T
     axis.plot(every, medians, **style)
     axis.fill_between(every, low, high, color=style["color"], alpha=0.18, linewidth=0)
+
+
+_FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
+    "ranking": (draw_ranking, "The {quantity} found by each score with {share} probability"),
+    "pod": (
+        draw_pod,
+        "Share of records detected over their {quantity}, with {confidence} intervals, and the fitted curve;"
+        " vertical: q90/95 at {share}; dotted: the false-alarm rate of the threshold",
+    ),
+    "roc": (draw_roc, "Detections against false alarms over all thresholds; dots: the threshold in use"),
+    "densities": (draw_densities, "Scores of each population; vertical lines: thresholds"),
+    "answer": (draw_answer, "The smallest {quantity} that is found with each set of sensors"),
+    "delays": (
+        draw_delays,
+        "Median delay from the onset of a leak to the alarm, over the time between false alarms",
+    ),
+}
+
+
+def detection_figures(detection: Detection) -> dict[str, FigureKind]:
+    """The figures of a judged study, and of its charts."""
+    asked = detection.rules
+    said = {
+        "quantity": severity_unit(detection).quantity,
+        "confidence": f"{100.0 * asked.confidence:g} %",
+        "share": f"{100.0 * asked.probability:g} %",
+    }
+    is_there = {"answer": bool(answers(detection)), "delays": bool(detection.charts)}
+    return {
+        name: FigureKind(caption.format(**said), partial(draw, detection))
+        for name, (draw, caption) in _FIGURES.items()
+        if is_there.get(name, True)
+    }

@@ -42,7 +42,7 @@ _SHORT = 16
 def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:
     """The report as HTML."""
     blocks = [block for block in document.blocks if block.paragraphs or block.shown_tables or block.figures]
-    style = files("hydrofdi.report.forms").joinpath("page.css").read_text(encoding="utf-8")
+    style = files("hydrofdi.report").joinpath("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
     lines = [
         "<!DOCTYPE html>",
@@ -160,8 +160,7 @@ def write_page(report: ComposedReport, path: Path) -> None:
 
 def write_all_forms(report: ComposedReport, directory: Path) -> Iterator[str]:
     """Write every form and figure into a folder; yields a line on each."""
-    from hydrofdi.report.figures import KINDS, draw_all
-    from hydrofdi.report.figures.style import figure_bytes
+    from hydrofdi.report.figures import KINDS, draw_all, figure_bytes
 
     document, name = report.document(), report.name
     for suffix, own in _own(document).items():
@@ -201,7 +200,7 @@ def _own(document: Document) -> dict[str, re.Pattern[bytes]]:
 
 
 def _svg_texts(drawn: Mapping[str, Any]) -> dict[str, str]:
-    from hydrofdi.report.figures.style import figure_bytes
+    from hydrofdi.report.figures import figure_bytes
 
     return {name: figure_bytes(figure, "svg").decode() for name, figure in drawn.items()}
 
@@ -209,7 +208,7 @@ def _svg_texts(drawn: Mapping[str, Any]) -> dict[str, str]:
 def _page(
     report: ComposedReport, document: Document, svgs: Mapping[str, str], holes: Mapping[str, str]
 ) -> str:
-    from hydrofdi.report.figures.style import INK, PAPER, RULE
+    from hydrofdi.report.figures import INK, PAPER, RULE
 
     colors = {INK: "var(--ink)", RULE: "var(--rule)", PAPER: "var(--paper)"}
     captions = {name: figure.caption for name, figure in report.figures().items()}

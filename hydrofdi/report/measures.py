@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.indicators.record_measures import MeasuredOutput, RecordMeasures
+from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 from hydrofdi.tables.table import Column, Table, library, plain, quantity
 
 _LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"

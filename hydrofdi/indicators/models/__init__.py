@@ -1,1 +1,0 @@
-"""The model-based indicators: one module each, with the name of the indicator."""

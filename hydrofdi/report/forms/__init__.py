@@ -1,1 +1,0 @@
-"""The forms of a report, each a function from computed results to text or bytes."""

@@ -1,1 +1,0 @@
-"""Transforms of sampled signals: wavelets, spectra, and changes relative to a baseline."""

@@ -155,7 +155,7 @@ def _glossary() -> str:
         for name, symbols in SYMBOLS.items()
     ]
     own = (DOCS / "glossary.md").read_text(encoding="utf-8").partition("<!-- symbols")[0]
-    note = "<!-- symbols: written by docs/generate_configuration.py from hydrofdi/config/sections -->"
+    note = "<!-- symbols: written by docs/generate_configuration.py from hydrofdi/config -->"
     return f"{own}{note}\n\n{table(('parameter', 'symbols', 'SI unit'), rows)}\n"
 
 

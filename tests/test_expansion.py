@@ -336,7 +336,7 @@ def test_runs_made_together_are_those_made_one_by_one(settings):
         fixed = table.runs[int(table.fixed_baseline[position])].parameters
         assert fixed.fluid == healthy.fluid
         assert fixed.friction == healthy.friction
-        assert not fixed.leakage.needs_calibration
+        assert not fixed.leakage.internal_flow
         matched = table.runs[int(table.matched_baseline[position])].parameters
         assert matched.with_valid_sections({"leakage": run.parameters.leakage}) == run.parameters
 

@@ -41,7 +41,7 @@ HOMES = {
     "h5py": ("store/", "records/array_reader.py"),
     "asammdf": ("records/array_reader.py",),
     "nptdms": ("records/array_reader.py",),
-    "pywt": ("transforms.py", "indicators/catalogue/", "config/sections/analysis.py"),
+    "pywt": ("transforms.py", "indicators/catalogue/", "config/observation.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
     "yaml": ("settings/files.py", "config/loading.py"),

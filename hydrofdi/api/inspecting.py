@@ -142,7 +142,7 @@ def inspect(
 
 
 def _inspected_plant(path: Path, write: str | PathLike[str] | None) -> PlantInspection:
-    from hydrofdi.config.sections.plant import INPUTS, OUTPUTS
+    from hydrofdi.config.plant import INPUTS, OUTPUTS
     from hydrofdi.store.files import write_whole_text
 
     plant = inspect_plant(path, INPUTS, OUTPUTS)

@@ -21,7 +21,7 @@ from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
+from hydrofdi.store.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
 from hydrofdi.tables.table import Table, library
 
 if TYPE_CHECKING:
@@ -215,7 +215,7 @@ class Results:
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The stored runs as records, so that `hydrofdi.measure` and others take results as they are."""
-        from hydrofdi.store.records import StoredRecords
+        from hydrofdi.store.experiment_data import StoredRecords
 
         return StoredRecords(self.data, str(self.folder), channels)
 

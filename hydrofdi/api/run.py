@@ -29,13 +29,12 @@ from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.arguments import names_of, path_of
 from hydrofdi.settings.messages import nearest, shown_quantity
 from hydrofdi.simulation.calibration import leakage_coefficients
-from hydrofdi.store.experiment_data import ShardResults
+from hydrofdi.store import names
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
-from hydrofdi.store.layout import names
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.store.results import library_versions
-from hydrofdi.store.shards import Columns, read_index, write_shard
+from hydrofdi.store.shards import Columns, ShardResults, read_index, write_shard
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Column, Table, library, plain
 from hydrofdi.units import Quantity

@@ -150,7 +150,7 @@ def _source_at(path: Path, channels: Collection[Channel], said: Described) -> Re
     if said.settings and kind != "experiment":
         raise ConfigError(f"settings (--set): {path} is not simulated; they are for an experiment file")
     if kind == "results":
-        from hydrofdi.store.records import StoredRecords
+        from hydrofdi.store.experiment_data import StoredRecords
         from hydrofdi.store.results import read_results
 
         return StoredRecords(read_results(path), str(path), channels)

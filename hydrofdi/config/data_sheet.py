@@ -26,10 +26,10 @@ LENGTH = SI("m", above=0, usual=("1 mm", "20 m"))
 
 def _pair(text: str, form: re.Pattern[str], units: tuple[str, str], what: str) -> tuple[float, float]:
     """Two quantities above zero of a text such as ``2 m x 12 mm``."""
-    found = form.fullmatch(text.strip())
-    if found is None:
+    match = form.fullmatch(text.strip())
+    if match is None:
         raise ValueError(f"{text!r} is not {what}")
-    first, second = (parse_quantity(part, unit) for part, unit in zip(found.groups(), units, strict=True))
+    first, second = (parse_quantity(part, unit) for part, unit in zip(match.groups(), units, strict=True))
     if not (first > 0.0 and second > 0.0):
         raise ValueError(f"{text!r} must be above zero")
     return first, second
@@ -165,8 +165,8 @@ class CylinderSheet(Section):
     def volumes(self) -> tuple[float, float]:
         """V_1 and V_2 with the piston at the centre [m³]."""
         swept = [self.stroke * area for area in self.areas]
-        dead = [DEAD_SHARE * each if self.dead_volume is None else self.dead_volume for each in swept]
-        first, second = (0.5 * each + own + self.hose_volume for each, own in zip(swept, dead, strict=True))
+        dead = [DEAD_SHARE * volume if self.dead_volume is None else self.dead_volume for volume in swept]
+        first, second = (0.5 * full + own + self.hose_volume for full, own in zip(swept, dead, strict=True))
         return first, second
 
     @property
@@ -194,7 +194,7 @@ class CylinderSheet(Section):
     @property
     def viscosity_slope(self) -> float:
         """d ln ν/dT [1/K]."""
-        warm, cold = (self.fluid.kinematic_viscosity(self.temperature + each) for each in (0.5, -0.5))
+        warm, cold = (self.fluid.kinematic_viscosity(self.temperature + step) for step in (0.5, -0.5))
         return math.log(warm / cold)
 
     @property
@@ -266,7 +266,7 @@ class CylinderSheet(Section):
     @property
     def sampling_frequency(self) -> float:
         """At least eight samples per period of the natural frequency [Hz]."""
-        return next((each for each in (500.0, 1000.0) if each >= 8.0 * self.natural_frequency), 2000.0)
+        return next((rate for rate in (500.0, 1000.0) if rate >= 8.0 * self.natural_frequency), 2000.0)
 
     @property
     def push(self) -> float:
@@ -308,7 +308,7 @@ class CylinderSheet(Section):
     def full_scale(self) -> float:
         """Range of the pressure sensors: the next usual one above 1.2 times the supply pressure [Pa]."""
         ranges = (60e5, 100e5, 160e5, 250e5, 315e5, 400e5, 600e5, 1000e5)
-        return next((each for each in ranges if each >= 1.2 * self.supply), 2.0 * self.supply)
+        return next((end for end in ranges if end >= 1.2 * self.supply), 2.0 * self.supply)
 
     @property
     def largest_leakage(self) -> float:

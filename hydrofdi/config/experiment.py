@@ -11,14 +11,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
+from hydrofdi.config.machine import FluidConfig
+from hydrofdi.config.plant import absent_signals
 from hydrofdi.config.request import OBSERVATION, RunRequest, parameter_names, parameter_unit
-from hydrofdi.config.sections.machine import FluidConfig
-from hydrofdi.config.sections.plant import absent_signals
 from hydrofdi.config.study import DetectionConfig, StudyConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.faults import AbsentIndicator
+from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.indicators.nominal_actuator import from_sheet
 from hydrofdi.indicators.registry import FROM_FILES, load_plugin, sound_indicator, sources_in
 from hydrofdi.indicators.selection import make_chosen
@@ -55,6 +55,10 @@ class IndicatorChoice:
         """Labels of indicators that are not installed, and why; they are only found in stored experiments."""
         made = self.made(PAPER).items()
         return {label: each.reason for label, each in made if isinstance(each, AbsentIndicator)}
+
+    def placeholders(self, attributes: Mapping[str, Mapping[str, Any]]) -> dict[str, AbsentIndicator]:
+        """Those that are not installed, with what a file says of each (`stored_attributes`)."""
+        return {label: AbsentIndicator(why, attributes.get(label)) for label, why in self.absent.items()}
 
     @property
     def identity(self) -> str:
@@ -99,6 +103,18 @@ def _identity(text: str) -> str:
     return "" if shown == {DWT: [DWT, 1, {}]} else json.dumps(shown, separators=(",", ":"))
 
 
+def stored_attributes(indicator: Indicator[Any]) -> dict[str, Any]:
+    """What files say of an indicator, for readers that do not have it."""
+    channels = {kind: " ".join(sorted(getattr(indicator, kind))) for kind in CHANNELS}
+    return {
+        "indicator": indicator.name,
+        "version": indicator.version,
+        "options": indicator.options.model_dump_json(),
+        **channels,
+        "outputs": OUTPUTS.dump_json(tuple(indicator.outputs)).decode(),
+    }
+
+
 PAPER = WaveletConfig()
 """The transform of the paper."""
 
@@ -120,17 +136,12 @@ class Analysis:
 
     def identities(self, record_id: str) -> dict[str, str]:
         """Label → hash of record, indicator, version, options and discarded samples."""
-        return {label: self._identity(record_id, each) for label, each in self.indicators.items()}
-
-    def _identity(self, record_id: str, indicator: Indicator[Any]) -> str:
-        parts = (
-            record_id,
-            indicator.name,
-            indicator.version,
-            self.n_discarded,
-            indicator.options.stated_text,
-        )
-        return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:16]
+        return {
+            label: hashlib.sha256(
+                f"{record_id}\n{own.name}\n{own.version}\n{self.n_discarded}\n{own.options.stated_text}".encode()
+            ).hexdigest()[:16]
+            for label, own in self.indicators.items()
+        }
 
 
 DEFAULT_ANALYSIS = Analysis()
@@ -263,11 +274,11 @@ def data_sheet_of(sections: Mapping[str, Any]) -> dict[str, Any]:
 
     Beside an FMU, only those that the sections state.
     """
-    places = ((name, *parameter.split(".")) for name, parameter in PLANT_PARAMETERS.items())
+    fields = ((name, *parameter.split(".")) for name, parameter in PLANT_PARAMETERS.items())
     is_foreign = getattr(sections.get("plant"), "fmu", None) is not None
     values = (
         (name, getattr(sections.get(section), field, None))
-        for name, section, field in places
+        for name, section, field in fields
         if not is_foreign or field in getattr(sections.get(section), "model_fields_set", ())
     )
     return {"position_zero": "centre"} | {name: value for name, value in values if value is not None}
@@ -291,7 +302,7 @@ _GONE = {
 
 def _without_gone(given: Any, above: str = "") -> Any:
     if isinstance(given, list):
-        return [_without_gone(each, above) for each in given]
+        return [_without_gone(part, above) for part in given]
     if not isinstance(given, dict):
         return given
     named = ((f"{above}.{key}".lstrip("."), key, value) for key, value in given.items())

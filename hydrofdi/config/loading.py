@@ -11,13 +11,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentConfig, IndicatorChoice
+from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, STORED, ExperimentConfig, IndicatorChoice
 from hydrofdi.config.normalizing import normalize
 from hydrofdi.config.request import RunRequest, full_name, meant, parameter_names, parameter_unit
 from hydrofdi.config.study import WatchedChart
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.rules import normalize_chart, normalize_scores
-from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.errors import ConfigError, Issue, StoreError
 from hydrofdi.indicators.contract import Indicator, RecursiveIndicator
 from hydrofdi.indicators.registry import label_mistake, load_plugins, sound_indicator
 from hydrofdi.indicators.selection import chosen_options, make_chosen
@@ -32,7 +32,7 @@ from hydrofdi.settings.files import (
     read_extended,
     validated,
 )
-from hydrofdi.settings.messages import brief, nearest
+from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.transforms import WaveletConfig
 from hydrofdi.units import parse_unit, stated_unit
 
@@ -164,7 +164,7 @@ def load_experiment(
         file = None
     source = _read(file)
     settings = [settings] if isinstance(settings, str) else settings
-    if not isinstance(settings, Iterable) or not all(isinstance(each, str) for each in settings):
+    if not isinstance(settings, Iterable) or not all(isinstance(setting, str) for setting in settings):
         expected = "{'fluid.bulk_modulus': '689 MPa'}, or texts such as 'fluid.bulk_modulus=689 MPa'"
         raise ConfigError(f"settings: expected {expected}; found {brief(settings)}")
     if isinstance(settings, Mapping):
@@ -186,6 +186,16 @@ def load_experiment(
     _normalize_detection(source, load_plugins(source))
     normalize(source)
     return validated(ExperimentConfig, source)
+
+
+def stored_experiment(text: str, place: str) -> ExperimentConfig:
+    """Parse a resolved configuration, whose indicators need not be installed."""
+    try:
+        return ExperimentConfig.model_validate_json(text, context=STORED)
+    except ValidationError as error:
+        first = error.errors()[0]
+        why = ": ".join(filter(None, (".".join(map(str, first["loc"])), describe_error(first))))
+        raise StoreError(f"{place}: cannot be read: {why}") from None
 
 
 def text_of_settings(settings: Sequence[str], extends: str) -> str:
@@ -268,9 +278,9 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
         return ()
     parts = tuple(full.split("."))
     if "plant" in parts[:-2]:  # a parameter of an FMU, whose name may have dots
-        place = parts.index("plant")
-        named = ".".join(parts[place:])
-        return (*parts[:place], named) if place else ("plant", named.partition(".")[2])
+        index = parts.index("plant")
+        named = ".".join(parts[index:])
+        return (*parts[:index], named) if index else ("plant", named.partition(".")[2])
     is_below = parts[0] in ("baseline", "sweep", "ensemble", "study") and len(parts) > 2
     is_within = (
         is_below and parts[-3] in (*PARAMETER_MAPPINGS, "faults") and parts[-2] not in PARAMETER_MAPPINGS
@@ -362,9 +372,9 @@ def _normalize_chart(
     if not isinstance(watched := chart.get("of"), str):
         return
     traced = {
-        f"{label}.{each.estimates[0].name}": each
-        for label, each in made.items()
-        if isinstance(each, RecursiveIndicator)
+        f"{label}.{indicator.estimates[0].name}": indicator
+        for label, indicator in made.items()
+        if isinstance(indicator, RecursiveIndicator)
     }
     if watched not in traced:
         source.report(

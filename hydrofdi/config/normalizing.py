@@ -11,17 +11,10 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.plant import PARAMETERS, PlantConfig, declare, is_foreign, named_model, with_digest
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
-from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.sections.plant import (
-    PARAMETERS,
-    PlantConfig,
-    declare,
-    is_foreign,
-    named_model,
-    with_digest,
-)
 from hydrofdi.config.sweep import LAWS, argument_values
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.files import Keys as Path
@@ -63,8 +56,8 @@ def normalize(source: Source) -> None:
     data = source.data
     _normalize_plant(source)
     for section in ("baseline", "sweep", "ensemble", "study"):
-        if data.get(section) is None:
-            data.pop(section, None)
+        if data.get(section, ...) is None:
+            del data[section]
     names = _convert(source, data, ("baseline",), parameter_value)
     _refuse_both_forms(source, ("baseline",), names)
     for name in set(INTERNAL_LEAKAGE_FORMS).intersection(names):
@@ -95,8 +88,7 @@ def _normalize_plant(source: Source) -> None:
         raise ConfigError(source.mistakes) from None  # nothing else of the plant can be judged
     if model is not None:
         declare(model)
-    own = [key for key in section if key not in PlantConfig.model_fields]
-    for key in own:
+    for key in [key for key in section if key not in PlantConfig.model_fields]:
         n_mistake, value = len(source.mistakes), section.pop(key)
         value = parameter_value(source, ("plant", key), f"plant.{key}", value)
         if len(source.mistakes) == n_mistake:  # else validation of the model would report it again
@@ -106,23 +98,17 @@ def _normalize_plant(source: Source) -> None:
         if PARAMETERS[name].start is not None:
             section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
     _keep_own_leak(source, section)
-    own = [key for key in section if key not in PlantConfig.model_fields]
-    quantities = ((key, parameter_unit(f"plant.{key}")) for key in own)
-    section["units"] = {key: unit for key, unit in quantities if unit}
+    stated = ((key, parameter_unit(f"plant.{key}")) for key in section if is_foreign(f"plant.{key}"))
+    section["units"] = {key: unit for key, unit in stated if unit}
 
 
 def _keep_own_leak(source: Source, section: dict[str, Any]) -> None:
     """A leak that the FMU has by itself is that of the experiment, unless it states one."""
     leakage, stated = section.get("leakage"), source.data.setdefault("leakage", {})
-    name = f"plant.{leakage.get('coefficient')}" if isinstance(leakage, dict) else ""
-    forms = {each.partition(".")[2] for each in INTERNAL_LEAKAGE_FORMS}
-    if (
-        isinstance(stated, dict)
-        and not stated.keys() & forms
-        and name in PARAMETERS
-        and PARAMETERS[name].start
-    ):
-        stated["internal_coefficient"] = PARAMETERS[name].start
+    own = PARAMETERS.get(f"plant.{leakage.get('coefficient')}") if isinstance(leakage, dict) else None
+    forms = {name.partition(".")[2] for name in INTERNAL_LEAKAGE_FORMS}
+    if own and own.start and isinstance(stated, dict) and not stated.keys() & forms:
+        stated["internal_coefficient"] = own.start
 
 
 def _leaves(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -149,10 +135,8 @@ def _convert(source: Source, section: Any, path: Path, in_si: Conversion) -> lis
 
 def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
     """A parameter value in SI; if it is invalid, the value unchanged, and the source gets a mistake."""
-    known = parameter_names()
-    if name not in known:
-        place = path[: path.index(name) + 1]
-        unknown = source.mistake(place, f"no parameter {name!r}{meant(name)}")
+    if name not in parameter_names():
+        unknown = source.mistake(path[: path.index(name) + 1], f"no parameter {name!r}{meant(name)}")
         if not any(mistake.message == unknown.message for mistake in source.mistakes):
             source.mistakes.append(unknown)
         return value
@@ -211,19 +195,6 @@ def _given(source: Source, name: str) -> Any:
     return given.get(field) if isinstance(given, dict) else None
 
 
-def _kind(source: Source, path: Path, stated: Any, kinds: Iterable[str]) -> str:
-    """The kind of a generator or of a distribution; empty, with a mistake, if it is none."""
-    known = list(kinds)
-    if not isinstance(stated, dict) or len(stated) != 1:
-        source.report(path, f"expected one of {', '.join(known)}, such as {{{known[0]}: […]}}")
-        return ""
-    (kind,) = stated
-    if kind not in known:
-        source.report((*path, kind), f"is unknown{nearest(kind, known)}")
-        return ""
-    return str(kind)
-
-
 def _arguments(source: Source, path: Path, name: str, roles: tuple[str, ...], stated: Any) -> list[Any]:
     """The arguments of a generator or of a distribution in SI; none, with a mistake, if one is invalid."""
     if not isinstance(stated, list) or not stated or (roles and len(stated) != len(roles)):
@@ -266,10 +237,14 @@ def _difference(name: str, value: Any) -> float:
 def distribution_in_si(source: Source, path: Path, name: str, stated: Any) -> Any:
     """A distribution with its arguments in SI; if invalid, an empty one, and the source gets a mistake."""
     nothing: dict[str, list[Any]] = {"uniform": []}  # validation of the model does not report it again
-    kind = _kind(source, path, stated, _DISTRIBUTIONS)
-    if not kind:
+    if not isinstance(stated, dict) or len(stated) != 1:
+        source.report(path, f"expected one of {', '.join(_DISTRIBUTIONS)}, such as {{uniform: […]}}")
         return nothing
-    arguments, path = stated[kind], (*path, kind)
+    ((kind, arguments),) = stated.items()
+    path = (*path, kind)
+    if kind not in _DISTRIBUTIONS:
+        source.report(path, f"is unknown{nearest(kind, list(_DISTRIBUTIONS))}")
+        return nothing
     if isinstance(arguments, str) and (about := _ABOUT.fullmatch(arguments)):
         values = _about_nominal(source, path, name, kind, about[1])
     else:

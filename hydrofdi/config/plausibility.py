@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
+from hydrofdi.config.drive import ControlConfig, parse_rows
 from hydrofdi.config.experiment import ExperimentConfig
+from hydrofdi.config.observation import TemperatureSensorConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
-from hydrofdi.config.sections.csv_input import parse_rows
-from hydrofdi.config.sections.drive import ControlConfig
-from hydrofdi.config.sections.sensor import TemperatureSensorConfig
 from hydrofdi.config.study import study_values
 from hydrofdi.config.sweep import SweepConfig, argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
@@ -60,13 +59,13 @@ class Unusual(NamedTuple):
 def unusual_parameters(experiment: ExperimentConfig, *, with_sweep: bool = True) -> list[Unusual]:
     """The parameters of which some value is far from the usual ones."""
     values = _values(experiment, with_sweep=with_sweep)
-    return [each for name in values for each in _unusual(name, values[name])]
+    return [unusual for name in values for unusual in _unusual(name, values[name])]
 
 
 def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> list[str]:
     """A sentence on each parameter of which some value is far from the usual ones."""
     values = _values(experiment, with_sweep=with_sweep)
-    sentences = [each.sentence for each in unusual_parameters(experiment, with_sweep=with_sweep)]
+    sentences = [unusual.sentence for unusual in unusual_parameters(experiment, with_sweep=with_sweep)]
     breakaway, coulomb = (max(values[f"friction.{part}"]) for part in ("breakaway", "coulomb"))
     if breakaway < coulomb:
         sentences.append(
@@ -85,12 +84,12 @@ def _unusual(name: str, stated: Iterable[Any]) -> Iterator[Unusual]:
     if quantity is None or not values:
         return
     low, high = usual = quantity.usual_range
-    for side, found in (
+    for side, far in (
         ("below", [value for value in values if abs(value) < low]),
         ("above", [value for value in values[::-1] if abs(value) > high]),
     ):
-        if found:
-            yield Unusual(name, side, found, quantity.unit, usual)
+        if far:
+            yield Unusual(name, side, far, quantity.unit, usual)
 
 
 def _file_sentences(text: str, duration: float) -> Iterator[str]:
@@ -103,8 +102,8 @@ def _file_sentences(text: str, duration: float) -> Iterator[str]:
             f" record.duration = {duration:g} s, the last at {rows.times[-1]:g} s"
         )
     amplitude = "input.amplitude" if rows.quantity == "voltage" else "control.amplitude"
-    for each in _unusual(amplitude, [float(abs(rows.values).max())]):
-        yield f"input.file = {file}: the largest {rows.quantity}{each.sentence.removeprefix(amplitude)}"
+    for unusual in _unusual(amplitude, [float(abs(rows.values).max())]):
+        yield f"input.file = {file}: the largest {rows.quantity}{unusual.sentence.removeprefix(amplitude)}"
 
 
 SENSORS = [name for name in SENSING if name != "measurement"]
@@ -172,13 +171,13 @@ def idle_parameters(experiment: ExperimentConfig) -> list[str]:
     stated = [
         name
         for name, values in _values(experiment).items()
-        if any(each != default.value(name) for each in values)
+        if any(value != default.value(name) for value in values)
     ]
     sentences: dict[str, str] = {}
     occurring = _values(experiment, with_study=True)
     for option, is_met, parameters in RULES:
         if not any(map(is_met, occurring[option])):
-            choices = " or ".join("null" if each is None else f"{each}" for each in occurring[option])
+            choices = " or ".join("null" if value is None else f"{value}" for value in occurring[option])
             for name in set(parameters).intersection(stated) - sentences.keys():
                 sentences[name] = f"{name} has no effect: {option} is {choices} in every run"
     return [sentences[name] for name in parameter_names() if name in sentences]

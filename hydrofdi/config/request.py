@@ -14,11 +14,9 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import TypeAdapter, model_validator
 from pydantic.fields import FieldInfo
 
-from hydrofdi.config.sections import analysis as checks
-from hydrofdi.config.sections import drive, machine, sensor
-from hydrofdi.config.sections.analysis import AnalysisConfig
-from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.sections.plant import PARAMETERS, PlantConfig, foreign_value, is_foreign
+from hydrofdi.config import drive, machine, observation
+from hydrofdi.config.observation import AnalysisConfig
+from hydrofdi.config.plant import PARAMETERS, PlantConfig, foreign_value, is_foreign, require_plant_fits
 from hydrofdi.physics.cylinder import pressure_force
 from hydrofdi.physics.hydraulic_mode import rest_pressures
 from hydrofdi.settings.messages import nearest
@@ -57,33 +55,33 @@ class RunParameters(Section):
     """Force on the piston."""
     record: drive.RecordConfig = drive.RecordConfig()
     """Integration and sampling."""
-    measurement: sensor.MeasurementConfig = sensor.MeasurementConfig()
+    measurement: observation.MeasurementConfig = observation.MeasurementConfig()
     """Common settings of the sensors."""
-    pressure_1_sensor: sensor.PressureSensorConfig = sensor.PressureSensorConfig()
+    pressure_1_sensor: observation.PressureSensorConfig = observation.PressureSensorConfig()
     """Sensor of the chamber-1 pressure."""
-    pressure_2_sensor: sensor.PressureSensorConfig = sensor.PressureSensorConfig()
+    pressure_2_sensor: observation.PressureSensorConfig = observation.PressureSensorConfig()
     """Sensor of the chamber-2 pressure."""
-    supply_sensor: sensor.PressureSensorConfig = sensor.PressureSensorConfig()
+    supply_sensor: observation.PressureSensorConfig = observation.PressureSensorConfig()
     """Sensor of the supply pressure."""
-    position_sensor: sensor.LengthSensorConfig = sensor.LengthSensorConfig()
+    position_sensor: observation.LengthSensorConfig = observation.LengthSensorConfig()
     """Sensor of the piston position."""
-    velocity_sensor: sensor.VelocitySensorConfig = sensor.VelocitySensorConfig()
+    velocity_sensor: observation.VelocitySensorConfig = observation.VelocitySensorConfig()
     """Sensor of the piston velocity."""
-    spool_sensor: sensor.LengthSensorConfig = sensor.LengthSensorConfig()
+    spool_sensor: observation.LengthSensorConfig = observation.LengthSensorConfig()
     """Sensor of the spool position."""
-    voltage_sensor: sensor.VoltageSensorConfig = sensor.VoltageSensorConfig()
+    voltage_sensor: observation.VoltageSensorConfig = observation.VoltageSensorConfig()
     """Sensor of the input voltage."""
-    temperature_sensor: sensor.TemperatureSensorConfig = sensor.TemperatureSensorConfig()
+    temperature_sensor: observation.TemperatureSensorConfig = observation.TemperatureSensorConfig()
     """Sensor of the oil temperature; it acts if ``fluid.temperature`` is stated."""
     plant: PlantConfig = PlantConfig()
     """An FMU in the place of cylinder, valve and fluid."""
 
     fits: ClassVar[Mapping[tuple[str, ...], Callable[..., None]]] = {
-        ("fluid", "supply"): checks.require_fluid_fits,
-        ("input", "control", "record"): checks.require_input_fits,
-        ("load", "record"): checks.require_load_fits,
-        ("measurement", "record"): checks.require_jitter_fits,
-        ("plant", "control", "leakage", "record"): checks.require_plant_fits,
+        ("fluid", "supply"): machine.require_fluid_fits,
+        ("input", "control", "record"): drive.require_input_fits,
+        ("load", "record"): drive.require_load_fits,
+        ("measurement", "record"): observation.require_jitter_fits,
+        ("plant", "control", "leakage", "record"): require_plant_fits,
     }
     # sections that have to fit each other, and their check; in what else they hold, they are free
 
@@ -213,7 +211,7 @@ class RunParameters(Section):
     def shown_value(self, name: str) -> Any:
         """The value of a dotted name as results show it: a file by its name, size and digest."""
         value = self.value(name)
-        return value.stated() if isinstance(value, Section) else without_contents(value)
+        return value.stated() if isinstance(value, Section) else drive.without_contents(value)
 
 
 OWN_PLANT = (
@@ -232,7 +230,7 @@ SENSING: dict[str, type[Section]] = {
     name: info.annotation
     for name, info in RunParameters.model_fields.items()
     if isinstance(info.annotation, type)
-    and issubclass(info.annotation, sensor.SensorConfig | sensor.MeasurementConfig)
+    and issubclass(info.annotation, observation.SensorConfig | observation.MeasurementConfig)
 }
 """Sections that say how signals are measured, not what happens."""
 
@@ -278,8 +276,8 @@ class RunRequest(RunParameters):
 
     fits: ClassVar[Mapping[tuple[str, ...], Callable[..., None]]] = {
         **RunParameters.fits,
-        ("analysis", "input", "record"): checks.require_discard_fits,
-        ("record", "analysis", "input", "wavelet"): checks.require_record_fits,
+        ("analysis", "input", "record"): observation.require_discard_fits,
+        ("record", "analysis", "input", "wavelet"): observation.require_record_fits,
     }
 
     @property

@@ -6,15 +6,16 @@ Each run has the conditions under which its K_i is solved, its healthy baselines
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import repeat
-from typing import Any, overload
+from typing import Any, Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config.drive import digest
 from hydrofdi.config.experiment import (
     DEFAULT_CHOICE,
     INTERNAL_LEAKAGE_FORMS,
@@ -22,6 +23,8 @@ from hydrofdi.config.experiment import (
     ExperimentConfig,
     IndicatorChoice,
 )
+from hydrofdi.config.machine import LeakageConfig
+from hydrofdi.config.plant import declare, is_foreign
 from hydrofdi.config.request import (
     ANALYSIS_SECTIONS,
     OBSERVATION,
@@ -33,9 +36,6 @@ from hydrofdi.config.request import (
     section_text,
     sections_text,
 )
-from hydrofdi.config.sections.csv_input import digest
-from hydrofdi.config.sections.machine import LeakageConfig
-from hydrofdi.config.sections.plant import declare, is_foreign
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_points, study_table
 from hydrofdi.config.sweep import NOMINAL, Points, count_points, distinct_rows, multiplied, sweep_points
@@ -51,7 +51,7 @@ class ParameterTable:
 
     Attributes
     ----------
-    values : dict
+    choices : dict
         Dotted parameter → its different values in SI; those of a section stand together.
     numbers : array of int, shape (n_run, n_parameter)
         Which of its values each parameter has in each run.
@@ -60,33 +60,33 @@ class ParameterTable:
     """
 
     base: RunRequest
-    values: dict[str, list[Any]]
+    choices: dict[str, list[Any]]
     numbers: NDArray[np.int32]
-    made: dict[tuple[str, bytes], Section] = field(default_factory=dict)
+    made: dict[tuple[str, bytes], Section] = field(default_factory=dict, kw_only=True)
 
     def __len__(self) -> int:
         return len(self.numbers)
 
-    def at(self, rows: NDArray[Any]) -> ParameterTable:
-        """The parameters of some of the runs."""
+    def at(self, rows: Any) -> Self:
+        """Some of the runs."""
         return replace(self, numbers=self.numbers[rows])
 
     @cached_property
-    def _places(self) -> dict[str, slice]:
+    def _columns(self) -> dict[str, slice]:
         """Section that varies → its columns."""
-        owners = [name.partition(".")[0] for name in self.values]
+        owners = [name.partition(".")[0] for name in self.choices]
         first = {owner: owners.index(owner) for owner in owners}
-        return {owner: slice(place, place + owners.count(owner)) for owner, place in first.items()}
+        return {owner: slice(column, column + owners.count(owner)) for owner, column in first.items()}
 
     def section(self, name: str, row: int) -> Section:
         """A section of one run."""
         base: Section = self.base.__dict__[name]
-        if name not in self._places:
+        if name not in self._columns:
             return base
-        numbers = self.numbers[row, self._places[name]]
+        numbers = self.numbers[row, self._columns[name]]
         key = name, numbers.tobytes()
         if key not in self.made:
-            varied = [*self.values.items()][self._places[name]]
+            varied = [*self.choices.items()][self._columns[name]]
             fields = (
                 (parameter.partition(".")[2], values[number])
                 for (parameter, values), number in zip(varied, numbers.tolist(), strict=True)
@@ -96,30 +96,30 @@ class ParameterTable:
 
     def request(self, row: int) -> RunRequest:
         """The parameters of one run."""
-        return self.base.with_valid_sections({name: self.section(name, row) for name in self._places})
+        return self.base.with_valid_sections({name: self.section(name, row) for name in self._columns})
 
-    def distinct(self, *sections: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def combinations(self, *sections: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The first run of each combination of some sections that occurs, and which of these each run has."""
         columns = [
             column
             for name in sections
-            if name in self._places
-            for column in self.numbers[:, self._places[name]].T
+            if name in self._columns
+            for column in self.numbers[:, self._columns[name]].T
         ]
         return distinct_rows(columns, len(self))
 
-    def column(self, name: str) -> list[Any]:
+    def values(self, name: str) -> list[Any]:
         """The value of a dotted parameter in each run."""
-        if name not in self.values:
+        if name not in self.choices:
             return [self.base.value(name)] * len(self)
-        values = self.values[name]
-        return [values[number] for number in self.numbers[:, list(self.values).index(name)].tolist()]
+        values = self.choices[name]
+        return [values[number] for number in self.numbers[:, list(self.choices).index(name)].tolist()]
 
     def texts(self, sections: Iterable[str]) -> Iterator[str]:
         """What differs from the defaults in some sections of each run, as JSON: `sections_text` of all."""
         columns = []
         for name in sorted(sections):
-            first, which = self.distinct(name)
+            first, which = self.combinations(name)
             texts = [section_text(name, self.section(name, row)) for row in first.tolist()]
             if any(texts):
                 columns.append(map(texts.__getitem__, which))
@@ -160,23 +160,18 @@ def _analysis_text(sections: str, choice: IndicatorChoice) -> str:
     return "" if sections == "{}" and not choice.identity else f"{sections}{choice.identity}"
 
 
-class Runs(Sequence[RunSpec]):
+@dataclass(frozen=True, eq=False)
+class Runs(ParameterTable, Sequence[RunSpec]):
     """Runs in their order, each made on demand; `calibration_of` is the row of `calibrations` or ``NONE``."""
 
-    def __init__(
-        self,
-        table: ParameterTable,
-        calibrations: ParameterTable,
-        calibration_of: NDArray[np.intp],
-        choice: IndicatorChoice = DEFAULT_CHOICE,
-    ) -> None:
-        self._table, self._calibrations, self._calibration_of = table, calibrations, calibration_of
-        self.choice = choice
-        # Neighbours share their conditions.
-        self._conditions = lru_cache(_MOST_MADE)(lambda place: calibrations.request(place).parameters)
+    calibrations: ParameterTable
+    calibration_of: NDArray[np.intp]
+    choice: IndicatorChoice = DEFAULT_CHOICE
 
-    def __len__(self) -> int:
-        return len(self._table)
+    @cached_property
+    def _conditions(self) -> Callable[[int], RunParameters]:
+        # Neighbours share their conditions.
+        return lru_cache(_MOST_MADE)(lambda row: self.calibrations.request(row).parameters)
 
     @overload
     def __getitem__(self, index: int) -> RunSpec: ...
@@ -187,57 +182,49 @@ class Runs(Sequence[RunSpec]):
             return self.at(np.arange(len(self))[index])
         if not -len(self) <= index < len(self):
             raise IndexError(index)
-        place = self._calibration_of[index]
-        calibration = None if place == NONE else self._conditions(place)
-        return RunSpec(self._table.request(index), calibration, self.choice)
+        row = self.calibration_of[index]
+        return RunSpec(self.request(index), None if row == NONE else self._conditions(row), self.choice)
 
-    def __iter__(self) -> Iterator[RunSpec]:
-        return (self[row] for row in range(len(self)))
-
-    def at(self, positions: Any) -> Runs:
+    def at(self, rows: Any) -> Runs:
         """Some of the runs."""
-        rows = np.asarray(positions, dtype=np.intp)
-        return Runs(self._table.at(rows), self._calibrations, self._calibration_of[rows], self.choice)
+        rows = np.asarray(rows, dtype=np.intp)
+        return replace(self, numbers=self.numbers[rows], calibration_of=self.calibration_of[rows])
 
     def distinct(self, *sections: str) -> Iterator[RunRequest]:
         """One run for each combination of some sections that occurs, in order of appearance."""
-        return (self._table.request(row) for row in self.first(*sections).tolist())
+        return (self.request(row) for row in self.first(*sections).tolist())
 
     def first(self, *sections: str) -> NDArray[np.intp]:
         """The first run of each combination of some sections that occurs."""
-        return self._table.distinct(*sections)[0]
-
-    def values(self, name: str) -> list[Any]:
-        """The value of a dotted parameter in each run."""
-        return self._table.column(name)
+        return self.combinations(*sections)[0]
 
     def solutions(self) -> dict[str, int]:
         """How often K_i is solved: leakage ``flows``, other ``conditions``, and the ``total`` of both."""
-        needed = np.unique(self._calibration_of[self._calibration_of != NONE])
-        solved = self._calibrations.at(needed)
+        needed = np.unique(self.calibration_of[self.calibration_of != NONE])
+        solved = self.calibrations.at(needed)
         others = [name for name in RECORD_SECTIONS if name != "leakage"]
         return {
-            "flows": len(set(solved.column("leakage.internal_flow"))),
-            "conditions": len(solved.distinct(*others)[0]),
+            "flows": len(set(solved.values("leakage.internal_flow"))),
+            "conditions": len(solved.combinations(*others)[0]),
             "total": len(needed),
         }
 
     def record_texts(self) -> Iterator[tuple[str | None, str]]:
         """What determines the record of each run: the conditions under which K_i is solved, and itself."""
-        calibrations: list[str | None] = [*self._calibrations.texts(RECORD_SECTIONS), None]
-        conditions = map(calibrations.__getitem__, self._calibration_of)
-        return zip(conditions, self._table.texts(RECORD_SECTIONS), strict=True)
+        calibrations: list[str | None] = [*self.calibrations.texts(RECORD_SECTIONS), None]
+        conditions = map(calibrations.__getitem__, self.calibration_of)
+        return zip(conditions, self.texts(RECORD_SECTIONS), strict=True)
 
     def analysis_texts(self) -> Iterator[str]:
         """``RunSpec.analysis_text`` of all runs."""
-        for sections in self._table.texts(ANALYSIS_SECTIONS):
+        for sections in self.texts(ANALYSIS_SECTIONS):
             yield _analysis_text(sections, self.choice)
 
 
 def spread(n: int, most: int) -> list[int]:
     """At most so many of the places 0 … n − 1, spread evenly, with the first and the last."""
-    places: list[int] = np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int)).tolist()
-    return places
+    positions: list[int] = np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int)).tolist()
+    return positions
 
 
 _MOST_MADE = 8192
@@ -338,7 +325,7 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
 
 def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
     """The runs of all populations, in each design."""
-    n_record = sum(each.count for each in populations(study))
+    n_record = sum(population.count for population in populations(study))
     _require_countable(count_points(experiment.sweep) * n_record, "study")
     points = multiplied(_block_points(experiment, "sweep"), study_points(study))
     table = study_roles(experiment)
@@ -374,12 +361,11 @@ def _block_points(experiment: ExperimentConfig, section: str) -> Points:
 
 def _axes(points: Points) -> dict[str, tuple[Any, ...]]:
     """Dotted parameter → its different values in order of appearance."""
-    axes = {}
-    for name, column in points.columns.items():
-        first, _ = distinct_rows([column.index], points.n_point)
-        numbers = column.index[first].tolist()
-        axes[name] = tuple(dict.fromkeys(column.values[number] for number in numbers if number >= 0))
-    return axes
+    occurring = {name: dict.fromkeys(column.index.tolist()) for name, column in points.columns.items()}
+    return {
+        name: tuple(dict.fromkeys(points.columns[name].values[index] for index in own if index != NOMINAL))
+        for name, own in occurring.items()
+    }
 
 
 Numbers = NDArray[np.int32]
@@ -397,9 +383,7 @@ class Expansion:
         self._study = study
         self._nominal = experiment.nominal_parameters
         self._baseline = experiment.baseline
-        self._scenarios = set(experiment.ensemble.names)
-        self._is_solved_nominally = experiment.calibration.at == "nominal"
-        self._choice = experiment.indicator_choice
+        self._experiment = experiment
         # A sealed piston has one form: K_i = 0, and all else of the internal leakage by default.
         stated = {f"leakage.{field}": None for field in self._nominal.leakage.stated()}
         names = {*points.columns, *self._baseline, *INTERNAL_LEAKAGE_FORMS, *stated}
@@ -419,38 +403,34 @@ class Expansion:
             for name in (*parameter_names(), *sorted(filter(is_foreign, names)))
             if name in names
         }  # fmt: skip
-        self._places = {name: index for index, name in enumerate(self._numbers)}
+        self._column = {name: index for index, name in enumerate(self._numbers)}
         values = {name: _first_values(numbers) for name, numbers in self._numbers.items()}
-        self._plain = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
+        self._table = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
 
     def runs(self, numbers: Numbers) -> Runs:
         """The runs of rows, and the conditions under which their leakage flows are solved."""
         calibration_of = np.full(len(numbers), NONE, dtype=np.intp)
         needed = np.flatnonzero(self._needs_solution(numbers))
-        kept = {
-            name: place for name, place in self._places.items() if name.partition(".")[0] not in OBSERVATION
-        }
-        conditions = self._conditions(numbers[needed])[:, list(kept.values())]
+        choices, made = self._table.choices, self._table.made
+        kept = [name for name in choices if name.partition(".")[0] not in OBSERVATION]
+        conditions = self._conditions(numbers[needed])[:, [self._column[name] for name in kept]]
         first, calibration_of[needed] = _distinct(conditions)
-        table = self._table(numbers)
         calibrations = ParameterTable(
             self._nominal.with_defaults(OBSERVATION),
-            {name: table.values[name] for name in kept},
+            {name: choices[name] for name in kept},
             conditions[first],
-            table.made,
+            made=made,
         )
-        return Runs(table, calibrations, calibration_of, self._choice)
-
-    def _table(self, numbers: Numbers) -> ParameterTable:
-        return replace(self._plain, numbers=numbers)
+        choice = self._experiment.indicator_choice
+        return Runs(self._nominal, choices, numbers, calibrations, calibration_of, choice, made=made)
 
     def swept_rows(self) -> Numbers:
         """The runs at all points, each once."""
-        numbers = np.zeros((self._points.n_point, len(self._places)), dtype=np.int32)
+        numbers = np.zeros((self._points.n_point, len(self._column)), dtype=np.int32)
         for name, column in self._points.columns.items():
             own = self._numbers[name]
             # A point that does not set the parameter has index −1, and its nominal value the number 0.
-            numbers[:, self._places[name]] = np.array([*map(own.__getitem__, column.values), 0])[column.index]
+            numbers[:, self._column[name]] = np.array([*map(own.__getitem__, column.values), 0])[column.index]
         is_set = [
             self._points.columns[name].index != NOMINAL
             if name in self._points.columns
@@ -459,7 +439,7 @@ class Expansion:
         ]
         for name, is_own, is_other in zip(INTERNAL_LEAKAGE_FORMS, is_set, is_set[::-1], strict=True):
             # A point that sets K_i cancels the flow of the file, and the other way round.
-            numbers[is_other & ~is_own, self._places[name]] = self._numbers[name][None]
+            numbers[is_other & ~is_own, self._column[name]] = self._numbers[name][None]
         self._require_possible(numbers, self._points.columns)
         numbers = self._plainly_sealed(numbers)
         return numbers[_distinct(numbers)[0]]
@@ -467,27 +447,27 @@ class Expansion:
     def with_baselines(self, rows: Numbers) -> tuple[Numbers, NDArray[np.intp], NDArray[np.intp]]:
         """Rows and the baselines that they lack, and where the fixed and matched baseline of each lies."""
         leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
-        healthy = [self._plainly_sealed(self._changed(rows, each)) for each in (self._baseline, leakage)]
+        healthy = [self._plainly_sealed(self._changed(rows, new)) for new in (self._baseline, leakage)]
         (first_fixed, of_fixed), (first_matched, of_matched) = map(_distinct, healthy)
         # In the order of the runs that need them first, each fixed baseline before the matched one.
         by_turns = np.argsort(np.concatenate([2 * first_fixed, 2 * first_matched + 1]))
         baselines = np.concatenate([healthy[0][first_fixed], healthy[1][first_matched]])
         together = np.concatenate([rows, baselines[by_turns]])
-        first, places = _distinct(together)
+        first, index = _distinct(together)
         if len(first) > len(rows):
             # A baseline that was added needs baselines, too; those of baselines are known, so this ends.
             return self.with_baselines(together[first])
-        found = np.empty(len(by_turns), dtype=np.intp)
-        found[by_turns] = places[len(rows) :]
+        rows_of = np.empty(len(by_turns), dtype=np.intp)
+        rows_of[by_turns] = index[len(rows) :]
         n_fixed = len(first_fixed)
-        return rows, found[:n_fixed][of_fixed], found[n_fixed:][of_matched]
+        return rows, rows_of[:n_fixed][of_fixed], rows_of[n_fixed:][of_matched]
 
     def _changed(self, numbers: Numbers, changes: Mapping[str, Any]) -> Numbers:
         """Rows with dotted values replaced; either form of the internal leakage replaces the other."""
         forms = dict.fromkeys(INTERNAL_LEAKAGE_FORMS) if changes.keys() & set(INTERNAL_LEAKAGE_FORMS) else {}
         changed = numbers.copy()
         for name, value in (forms | dict(changes)).items():
-            changed[:, self._places[name]] = self._numbers[name][value]
+            changed[:, self._column[name]] = self._numbers[name][value]
         self._require_possible(changed, changes, changes)
         return changed
 
@@ -496,7 +476,7 @@ class Expansion:
         sealed = ~self._needs_solution(numbers) & self._has(numbers, "leakage.internal_coefficient", None)
         plain = numbers.copy()
         for name, value in self._sealed.items():
-            plain[sealed, self._places[name]] = self._numbers[name][value]
+            plain[sealed, self._column[name]] = self._numbers[name][value]
         return plain
 
     def _needs_solution(self, numbers: Numbers) -> NDArray[np.bool_]:
@@ -504,15 +484,15 @@ class Expansion:
         return ~(self._has(numbers, flow, None) | self._has(numbers, flow, 0.0))
 
     def _has(self, numbers: Numbers, name: str, value: Any) -> NDArray[np.bool_]:
-        is_same: NDArray[np.bool_] = numbers[:, self._places[name]] == self._numbers[name][value]
+        is_same: NDArray[np.bool_] = numbers[:, self._column[name]] == self._numbers[name][value]
         return is_same
 
     def _conditions(self, numbers: Numbers) -> Numbers:
         """The conditions under which the leakage flows of rows are solved."""
         conditions = numbers.copy()
-        if self._is_solved_nominally:
-            kept = self._scenarios | {*INTERNAL_LEAKAGE_FORMS}
-            conditions[:, [place for name, place in self._places.items() if name not in kept]] = 0
+        if self._experiment.calibration.at == "nominal":
+            kept = {*self._experiment.ensemble.names, *INTERNAL_LEAKAGE_FORMS}
+            conditions[:, [column for name, column in self._column.items() if name not in kept]] = 0
         baseline = self._baseline.items()
         return self._changed(
             conditions, {name: value for name, value in baseline if name not in INTERNAL_LEAKAGE_FORMS}
@@ -522,15 +502,16 @@ class Expansion:
         self, numbers: Numbers, changed: Iterable[str], changes: Mapping[str, Any] | None = None
     ) -> None:
         """Check the changed sections of rows, alone and together; without `changes`, rows are the points."""
-        table, sections = self._table(numbers), {name.partition(".")[0]: None for name in changed}
+        table, sections = replace(self._table, numbers=numbers), {name.partition(".")[0] for name in changed}
         alone = [(name,) for name in RunRequest.model_fields if name in sections]
         for fitting in (*alone, *RunRequest.fits):
-            if sections.keys().isdisjoint(fitting):
+            if sections.isdisjoint(fitting):
                 continue
-            fit = RunRequest.fits.get(fitting, _fits_alone)
-            for row in table.distinct(*fitting)[0].tolist():
+            for row in table.combinations(*fitting)[0].tolist():
                 try:
-                    fit(*(table.section(name, row) for name in fitting))
+                    made = [table.section(name, row) for name in fitting]  # which checks each alone
+                    if fitting in RunRequest.fits:
+                        RunRequest.fits[fitting](*made)
                 except ValueError as error:
                     values = self._points.values(row) if changes is None else changes
                     own = {name: value for name, value in values.items() if name.partition(".")[0] in fitting}
@@ -544,10 +525,6 @@ class Expansion:
         named = shown_values(dict([*values.items()][-4:]))
         message = f"{where}at {named}: {first_reason(error)}"
         return ConfigError([Issue(message, "sweep" if study is None else "study")])
-
-
-def _fits_alone(section: Section) -> None:
-    """A section is checked when it is made."""
 
 
 def _distinct(numbers: Numbers) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.request import RunParameters, parameter_names, parameter_unit
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweep import LAWS
 from hydrofdi.settings.messages import number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.quantities import Section, field_quantity

@@ -6,16 +6,17 @@ Who is who among the runs of a study follows from the experiment alone, whatever
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
+from hydrofdi.config.plant import is_foreign
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.sections.plant import is_foreign
 from hydrofdi.config.sweep import (
     Axes,
     Distribution,
@@ -284,8 +285,8 @@ def _points(config: PopulationConfig, each: Drawn) -> Points:
 
 def _drawn(name: str, law: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> SweptValues:
     values = drawn(name, law, unit, path)
-    places = {value: index for index, value in enumerate(dict.fromkeys(values))}
-    return SweptValues(list(places), np.array([places[value] for value in values], dtype=np.int32))
+    index_of = {value: index for index, value in enumerate(dict.fromkeys(values))}
+    return SweptValues(list(index_of), np.array([index_of[value] for value in values], dtype=np.int32))
 
 
 def _unit(config: PopulationConfig, population: str, name: str, count: int) -> NDArray[np.float64]:
@@ -302,7 +303,7 @@ class Drawn:
     ----------
     actuators : str
         Which stream its actuators are drawn from; populations of one stream have the same ones.
-    settings : mapping
+    own : mapping
         Dotted parameter → value in SI, or distribution, in place of what is drawn in healthy actuators.
     varied : tuple of str or None
         What differs from actuator to actuator; None for all of ``population.over``.
@@ -311,13 +312,19 @@ class Drawn:
     population: Population
     count: int
     actuators: str
-    settings: Mapping[str, Any]
+    own: Mapping[str, Any]
     varied: tuple[str, ...] | None = None
 
     @property
     def identity(self) -> str:
         """Name of the stream that all else is drawn from."""
         return _stream(self.population)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Its own parameters, and a sealed piston unless it leaks."""
+        is_leaking = any(name.startswith(SEAL) for name in self.own)
+        return ({} if is_leaking else {"leakage.internal_coefficient": 0.0}) | dict(self.own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,17 +343,77 @@ class StudyTable:
 
 def populations(study: StudyConfig) -> tuple[Drawn, ...]:
     """All populations of a study in the order of its runs."""
-    healthy = [
-        _healthy(_sealed(is_fit), count)
-        for is_fit, count in ((True, study.healthy.fit), (False, study.healthy.test))
+    healthy, alone = study.healthy, study.sensitivity.alone
+    others = (
+        (Kind.SHIFT, study.shifts, healthy.shift),
+        (Kind.CONFUSION, study.confusions, healthy.confusion),
+    )
+    judged: list[tuple[Population, int, Mapping[str, Any]]] = [
+        (_healthy(True), healthy.fit, {}),
+        (_healthy(False), healthy.test, {}),
+        *(_faulty(study.faults) if study.faults else ()),
+        *(
+            (Population(name, kind), count or healthy.test, settings)
+            for kind, named, count in others
+            for name, settings in named.items()
+        ),
     ]
-    judged = [*healthy, *_faulty(study), *_others(study)]
-    if study.pairing == "common":
-        judged = [
-            replace(each, actuators=_stream(_sealed(each.population.is_fit)))
-            for each in (*_before(judged), *judged)
+    is_common = study.pairing == "common"
+    if is_common:  # a healthy record of every actuator that is judged, taken before
+        judged[:0] = [
+            (
+                Population("before", Kind.BEFORE, is_fit),
+                max(count for population, count, _ in judged if population.is_fit is is_fit),
+                {},
+            )
+            for is_fit in (True, False)
         ]
-    return (*judged, *_alone(study))
+    varied: dict[str, tuple[str, ...]] = {name: (name,) for name in study.population.over} | {NOTHING: ()}
+    return (
+        *(
+            Drawn(population, count, _stream(_healthy(population.is_fit) if is_common else population), own)
+            for population, count, own in judged
+        ),
+        *(
+            Drawn(population, alone, _stream(population), {}, own)
+            for name, own in (varied if alone else {}).items()
+            for population in [Population(name, Kind.ALONE)]
+        ),
+    )
+
+
+def _healthy(is_fit: bool) -> Population:
+    return Population("healthy", Kind.HEALTHY, is_fit)
+
+
+def _faulty(faults: FaultsConfig) -> Iterator[tuple[Population, int, Mapping[str, Any]]]:
+    for level in faults.levels:
+        for is_fit, count in ((True, faults.fit), (False, faults.each)):
+            if count:
+                name = fault_label(faults.parameter, level)
+                yield Population(name, Kind.FAULT, is_fit, level), count, {faults.parameter: level}
+
+
+def fault_label(parameter: str, level: float) -> str:
+    """A level [SI] of what ``faults`` sets, such as ``0.1 L/min``."""
+    if parameter == "leakage.internal_flow":
+        return f"{convert(level, 'L/min'):.4g} L/min"
+    if parameter.startswith(SEAL):
+        return f"K_i {shown_quantity(level, K_I_UNIT)}"
+    return f"{parameter.partition('.')[2]} {shown_quantity(level, parameter_unit(parameter) or '1')}".strip()
+
+
+def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str:
+    """Label of a run: its leakage as a flow, or as K_i (NaN), and EBM unless it is unknown (NaN)."""
+    form = "leakage.internal_coefficient" if math.isnan(flow) else "leakage.internal_flow"
+    level = coefficient if math.isnan(flow) else flow
+    leakage = fault_label(form, level) if level else "sealed"
+    return leakage if math.isnan(bulk_modulus) else f"{leakage}, {convert(bulk_modulus, 'MPa'):.4g} MPa"
+
+
+def _stream(population: Population) -> str:
+    kind, part = population.kind.value, "fit" if population.is_fit else "test"
+    return f"{kind} {population.severity!r} {population.name} {part}"
 
 
 def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyTable:
@@ -362,73 +429,3 @@ def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyT
         np.repeat(np.arange(len(designs)), len(of_run)),
         None if study.pairing == "independent" else tuple(actuators) * len(designs),
     )
-
-
-def _sealed(is_fit: bool) -> Population:
-    return Population("healthy", Kind.HEALTHY, is_fit)
-
-
-def _before(judged: Sequence[Drawn]) -> list[Drawn]:
-    """A healthy record of every actuator that is judged, taken before."""
-    counts = [
-        (is_fit, max(each.count for each in judged if each.population.is_fit is is_fit))
-        for is_fit in (True, False)
-    ]
-    return [_healthy(Population("before", Kind.BEFORE, is_fit), count) for is_fit, count in counts]
-
-
-_SEALED = {"leakage.internal_coefficient": 0.0}
-
-
-def _healthy(population: Population, count: int, settings: Mapping[str, Any] | None = None) -> Drawn:
-    return Drawn(population, count, _stream(population), _SEALED | dict(settings or {}))
-
-
-def _faulty(study: StudyConfig) -> list[Drawn]:
-    faults = study.faults
-    if faults is None:
-        return []
-    drawn = []
-    for level in faults.levels:
-        for is_fit, count in ((True, faults.fit), (False, faults.each)):
-            population = Population(_leak(faults.parameter, level), Kind.FAULT, is_fit, level)
-            if count:
-                settings = {} if faults.parameter.startswith(SEAL) else _SEALED
-                drawn.append(
-                    Drawn(population, count, _stream(population), settings | {faults.parameter: level})
-                )
-    return drawn
-
-
-def _others(study: StudyConfig) -> list[Drawn]:
-    healthy = study.healthy
-    return [
-        _healthy(Population(name, kind), count or healthy.test, settings)
-        for kind, named, count in (
-            (Kind.SHIFT, study.shifts, healthy.shift),
-            (Kind.CONFUSION, study.confusions, healthy.confusion),
-        )
-        for name, settings in named.items()
-    ]
-
-
-def _alone(study: StudyConfig) -> list[Drawn]:
-    count = study.sensitivity.alone
-    varied: dict[str, tuple[str, ...]] = {name: (name,) for name in study.population.over} | {NOTHING: ()}
-    drawn = [(_healthy(Population(name, Kind.ALONE), count), own) for name, own in varied.items()]
-    return [replace(each, varied=own) for each, own in drawn] if count else []
-
-
-def _leak(parameter: str, level: float) -> str:
-    if parameter == "leakage.internal_flow":
-        return f"{convert(level, 'L/min'):.4g} L/min"
-    if not parameter.startswith(SEAL):
-        return (
-            f"{parameter.partition('.')[2]} {shown_quantity(level, parameter_unit(parameter) or '1')}".strip()
-        )
-    return f"K_i {shown_quantity(level, K_I_UNIT)}"
-
-
-def _stream(population: Population) -> str:
-    kind, part = population.kind.value, "fit" if population.is_fit else "test"
-    return f"{kind} {population.severity!r} {population.name} {part}"

@@ -37,7 +37,7 @@ from hydrofdi.settings.messages import K_I_UNIT, counted, number_text, readable_
 from hydrofdi.settings.messages import plain as plain_number
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.tables.answer import Piece, Strong
 from hydrofdi.tables.table import UNSAID, Column, Table, quantity
 from hydrofdi.units import convert

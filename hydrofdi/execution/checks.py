@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunParameters
+from hydrofdi.config.drive import is_whole
 from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_values
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
-from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.detectors.charts import time_needed
 from hydrofdi.evaluation.scores import Direction
@@ -24,7 +24,7 @@ from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
 from hydrofdi.settings.messages import counted, typeset
 from hydrofdi.settings.quantities import Section
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, drive_period
 
 MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""

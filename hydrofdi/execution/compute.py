@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.experiment import DEFAULT_ANALYSIS, Analysis, Indicators, StoreConfig
-from hydrofdi.config.sections.plant import absent_signals
+from hydrofdi.config.plant import absent_signals
 from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, halves, run_halving
 from hydrofdi.errors import Issue
 from hydrofdi.indicators.measuring import Seconds, measure, used_channels
@@ -27,11 +27,10 @@ from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import unreachable_sentence
 from hydrofdi.simulation.lanes import WIDTH, indices, positions_by
 from hydrofdi.simulation.sensing import Measurement
-from hydrofdi.store.experiment_data import gathered
+from hydrofdi.store import names
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.store.folder import Failure, write_failure, write_log
-from hydrofdi.store.layout import names
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
-from hydrofdi.store.shards import StoredRun, write_shard
+from hydrofdi.store.shards import StoredRun, gathered, write_shard
 
 Columns = dict[str, NDArray[Any]]
 """Variable of a shard → array with one row per job; ``time`` → sampling instants [s]."""

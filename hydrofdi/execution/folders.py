@@ -21,12 +21,11 @@ from hydrofdi.execution.plan import SweepPlan, plan_sweep
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
 from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import read_texts
 from hydrofdi.store.folder import read_provenance, read_request
-from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT, output_variables, stored_variables
+from hydrofdi.store.names import MESSAGE, MISSING, STATUS, VERDICT, output_variables, stored_variables
 from hydrofdi.store.results import rows_named, stored_run_ids
-from hydrofdi.store.shards import StoredRun, read_index, read_rows
+from hydrofdi.store.shards import ShardResults, StoredRun, read_index, read_rows
 from hydrofdi.tables.answer import Answer, Piece
 
 _SAID = (MESSAGE, VERDICT, *(doubt.number for doubt in DOUBTS.values()))

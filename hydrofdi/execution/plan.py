@@ -19,8 +19,8 @@ from warnings import catch_warnings
 from numpy import bincount
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import ParameterAnswer
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
@@ -29,7 +29,7 @@ from hydrofdi.settings.messages import counted, shown_bytes, time_text
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder import Failure, read_failures
-from hydrofdi.store.layout.names import dimensions, stored_signals
+from hydrofdi.store.names import dimensions, stored_signals
 from hydrofdi.store.results import experiment_file
 from hydrofdi.store.shards import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.tables.answer import Piece

@@ -11,8 +11,9 @@ from functools import cached_property
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
+from hydrofdi.config.plant import absent_signals
 from hydrofdi.config.runs import Runs, record_identities, spread
-from hydrofdi.config.sections.plant import absent_signals
+from hydrofdi.config.study import condition_label
 from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import Issue
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
@@ -21,7 +22,7 @@ from hydrofdi.simulation.balances import Outcome
 from hydrofdi.simulation.batch import measured_batch
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
-from hydrofdi.store import records
+from hydrofdi.store import experiment_data as records
 
 _log = logging.getLogger(__name__)
 _SECONDS_BETWEEN_LINES = 5.0
@@ -144,7 +145,7 @@ def _label(run: RunSpec, coefficient: float) -> str:
     flow = run.parameters.leakage.internal_flow
     is_known = run.parameters.plant.takes("fluid.bulk_modulus")
     modulus = run.parameters.fluid.bulk_modulus if is_known else math.nan
-    return records.condition_label(math.nan if flow is None else flow, coefficient, modulus)
+    return condition_label(math.nan if flow is None else flow, coefficient, modulus)
 
 
 _MOST_SAMPLES_AT_ONCE = 4_000_000

@@ -23,7 +23,6 @@ from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts, remedy_lines
 from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.simulation.calibration import leakage_coefficients, unsolved_conditions
-from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder import (
@@ -41,9 +40,9 @@ from hydrofdi.store.folder import (
     write_calibrations,
     write_request,
 )
-from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.names import MISSING, OBSTACLE, STATUS, VERDICT
 from hydrofdi.store.results import experiment_file, library_versions
-from hydrofdi.store.shards import read_index
+from hydrofdi.store.shards import ShardResults, read_index
 from hydrofdi.tables.answer import Answer, Piece
 
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.drive import is_whole
+from hydrofdi.config.machine import Edge, FluidConfig, LeakageConfig
 from hydrofdi.config.request import EDGES, RunRequest
-from hydrofdi.config.sections.drive import is_whole
-from hydrofdi.config.sections.machine import Edge, FluidConfig, LeakageConfig
 from hydrofdi.physics.cylinder import external_leakage_flow
 from hydrofdi.physics.fluid import effective_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS

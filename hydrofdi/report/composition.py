@@ -45,8 +45,8 @@ from hydrofdi.report.responses import (
 )
 from hydrofdi.report.views import View, asked_views
 from hydrofdi.settings.messages import counted
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table, group_breaks, plain
 from hydrofdi.units import convert
 

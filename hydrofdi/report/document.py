@@ -12,13 +12,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.drive import without_contents
 from hydrofdi.config.request import OWN_PLANT, parameter_names
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import MESSAGE, MISSING, STATUS, VERDICT
 from hydrofdi.tables.table import Table
 
 

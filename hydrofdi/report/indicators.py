@@ -18,8 +18,8 @@ from hydrofdi.indicators.contract import Output
 from hydrofdi.report.document import Block
 from hydrofdi.report.runs import Array, of_healthy, span_text
 from hydrofdi.settings.messages import HOLE, readable_unit
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table, group_breaks, plain
 from hydrofdi.units import convert
 

@@ -17,8 +17,8 @@ from hydrofdi.report.document import Block
 from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import Array, signed
 from hydrofdi.settings.messages import number_text
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table
 
 _LEAST_FILLED = 0.5

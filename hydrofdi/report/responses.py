@@ -20,8 +20,8 @@ from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.runs import Array, baseline_changes, litres_per_minute, shown_modulus, signed, with_minus
 from hydrofdi.settings.messages import HOLE, K_I_UNIT, typeset
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 from hydrofdi.tables.table import Column, Table, finite, numbers
 from hydrofdi.units import convert
 

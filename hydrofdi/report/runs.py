@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.settings.messages import HOLE
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 from hydrofdi.store.results import external_coefficients
 from hydrofdi.tables.table import Column
 from hydrofdi.transforms import level_bands, percentage_change

@@ -19,7 +19,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import span_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, joined, lead_columns, signed, span_text
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.tables.table import Column, Table, finite
 from hydrofdi.transforms import percentage_change
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.drive import RecordConfig
-from hydrofdi.config.sections.machine import ActuatorConfig
+from hydrofdi.config.drive import RecordConfig
+from hydrofdi.config.machine import ActuatorConfig
 from hydrofdi.simulation.balances import Outcome, Signal, Trajectory
 from hydrofdi.simulation.hydraulics import lane_parameters, leakage_of
 from hydrofdi.simulation.inputs import Chunk, Inputs

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.plant import OUTPUTS
+from hydrofdi.config.plant import OUTPUTS
 from hydrofdi.engine import TIME_LIMIT, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.fmu import Instance, PlantError, instance_of

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.csv_input import parse_rows
-from hydrofdi.config.sections.drive import InputConfig, RecordConfig
-from hydrofdi.config.sections.machine import LoadConfig
+from hydrofdi.config.drive import InputConfig, RecordConfig, parse_rows
+from hydrofdi.config.machine import LoadConfig
 from hydrofdi.physics.valve import control_flow
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.kernel import advance_spools

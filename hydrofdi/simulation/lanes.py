@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.machine import FrictionConfig
 from hydrofdi.config.request import EDGES
-from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics.friction import FRICTION_LAWS, LAWS
 
 # 16 doubles fill whole vector registers of 128, 256 or 512 bits, so no lane is left over for scalar code.

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.compilation.object_code import strict_kernel
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.drive import RecordConfig
-from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
+from hydrofdi.config.drive import RecordConfig
+from hydrofdi.config.observation import MeasurementConfig, SensorConfig
 from hydrofdi.physics import equation, settled
 from hydrofdi.simulation.balances import Trajectory
 

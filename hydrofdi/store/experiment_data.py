@@ -1,117 +1,29 @@
-"""Results of runs in the order of their table, and an experiment as it was stored."""
+"""An experiment as it was stored, and its runs as records, without the parameters that made them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.drive import InputConfig
 from hydrofdi.config.experiment import DWT, Indicators
-from hydrofdi.errors import StoreError
+from hydrofdi.config.plant import SIGNAL_NAMES
+from hydrofdi.config.runs import study_roles
+from hydrofdi.config.study import condition_label
+from hydrofdi.errors import Issue, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store import shards
-from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.folder import Failure
-from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import Variable
-
-if TYPE_CHECKING:
-    pass
-
-MISSING = "missing"
-"""Status of a run that has not been computed."""
-
-
-def gathered(
-    runs: Sequence[shards.StoredRun | None], variables: Collection[Variable], sizes: Mapping[str, int]
-) -> dict[str, NDArray[Any]]:
-    """Variables of stored runs by name, one row per run, without signals that no run has; each shard is
-    opened once."""
-    columns = {
-        variable.name: variable.blank(len(runs), *(sizes[name] for name in variable.dimensions[1:]))
-        for variable in variables
-    }
-    positions_in: dict[Path, list[int]] = {}
-    rows_in: dict[Path, list[int]] = {}
-    for position, run in enumerate(runs):
-        if run is not None:
-            positions_in.setdefault(run.shard, []).append(position)
-            rows_in.setdefault(run.shard, []).append(run.row)
-    absent = {variable.name for variable in variables if variable.is_signal}
-    for shard, positions in positions_in.items():
-        for name, values in shards.read_rows(shard, columns, rows_in[shard]).items():
-            inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
-            columns[name][tuple(inside)] = values
-            absent.discard(name)
-    return {name: values for name, values in columns.items() if name not in absent}
-
-
-class ShardResults:
-    """Results in shards, with gaps where runs failed or are missing."""
-
-    def __init__(
-        self, run_ids: Sequence[str], index: shards.ShardIndex, failures: dict[str, Failure]
-    ) -> None:
-        self._run_ids = run_ids
-        self._failures = failures
-        self._located = [index.runs.get(run_id) for run_id in run_ids]
-        self._signals = [None if run is None else index.signals_of(run) for run in self._located]
-
-    @property
-    def n_run(self) -> int:
-        """Number of runs."""
-        return len(self._run_ids)
-
-    def columns(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
-        """Variables other than signals of these dimensions; NaN, or the reason, without a result."""
-        columns = gathered(self._located, variables, sizes)
-        columns[names.RUN_ID][:] = self._run_ids
-        columns[names.STATUS][:] = self.statuses()
-        told = [name for name in columns if name == names.MESSAGE or name.endswith(names.OBSTACLE)]
-        for position, located in enumerate(self._located):
-            if located is None:
-                for name in told:
-                    columns[name][position] = self._reason(position)[1]
-        return columns
-
-    def statuses(self) -> list[str]:
-        """Status of each run, or why it has no result."""
-        return [
-            self._reason(position)[0] if located is None else located.status
-            for position, located in enumerate(self._located)
-        ]
-
-    def rows(self, signals: Collection[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name; a signal that no run has is omitted, missing rows are NaN."""
-        runs = [self._signals[position] for position in positions]
-        stored = frozenset[str]().union(*(names.stored_signals(run.signals) for run in runs if run))
-        held = [each for each in names.stored_variables("all") if each.name in stored.intersection(signals)]
-        time = self.time() if held else None
-        return {} if time is None else gathered(runs, held, {names.TIME: len(time)})
-
-    def signal(self, name: str, position: int) -> NDArray[np.float64]:
-        """A signal of one run; empty if it is not stored."""
-        rows = self.rows([name], [position])
-        return rows[name][0] if name in rows else np.empty(0)
-
-    def time(self) -> NDArray[np.float64] | None:
-        """Sampling instants [s]; None if no run is stored with signals."""
-        shard = next((run.shard for run in self._signals if run is not None and run.signals != "none"), None)
-        if shard is None:
-            return None
-        with open_for_reading(shard) as file:
-            return np.asarray(file[names.TIME][:])
-
-    def _reason(self, position: int) -> tuple[str, str]:
-        """Status and message of a run without a result."""
-        failure = self._failures.get(self._run_ids[position])
-        return (failure.status, failure.message) if failure else (MISSING, "not computed yet")
+from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
+from hydrofdi.store import names
+from hydrofdi.store.shards import FileSignals, ShardResults
 
 
 @dataclass(frozen=True)
@@ -119,32 +31,38 @@ class ExperimentData:
     """An experiment and its results: variable → array with one row per run, and where its signals are.
 
     `configuration` is what the file says, in SI; None if there is no file. `remarks` apply to all rows.
-    `absent`: label of an indicator that is not installed → what the file says of it.
+    `attributes`: label of an indicator that is not installed → what the file says of it.
     """
 
     path: Path
     experiment: ExperimentConfig
     columns: dict[str, NDArray[Any]]
     versions: dict[str, str]
-    signals: shards.FileSignals | ShardResults
+    signals: FileSignals | ShardResults
     configuration: dict[str, Any] | None = None
     remarks: tuple[str, ...] = ()
     physics_version: int = PHYSICS_VERSION
-    absent: Indicators = field(default_factory=dict)
+    attributes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def all_remarks(self) -> tuple[str, ...]:
-        """The remarks, and that another version of the physics computed the runs."""
+        """The remarks, on indicators without outputs first, on another version of the physics last."""
+        omitted = (
+            f"Indicator {label} is omitted: {absent.reason}. Its values remain stored."
+            for label, absent in self.experiment.indicator_choice.placeholders(self.attributes).items()
+            if not absent.outputs
+        )
         older = (
             f"Computed with version {self.physics_version} of the physics; this hydrofdi has version"
             f" {PHYSICS_VERSION}, and runs that are computed now may differ."
         )
-        return (*self.remarks, *([older] if self.physics_version != PHYSICS_VERSION else []))
+        return (*omitted, *self.remarks, *([older] if self.physics_version != PHYSICS_VERSION else []))
 
     @property
     def indicators(self) -> Indicators:
         """Label → indicator."""
-        return {**self.experiment.indicator_choice.made(self.experiment.wavelet), **self.absent}
+        choice = self.experiment.indicator_choice
+        return {**choice.made(self.experiment.wavelet), **choice.placeholders(self.attributes)}
 
     @property
     def n_run(self) -> int:
@@ -154,7 +72,7 @@ class ExperimentData:
     @property
     def is_whole(self) -> bool:
         """Whether every run has been computed or has failed."""
-        return MISSING not in self.columns[names.STATUS]
+        return names.MISSING not in self.columns[names.STATUS]
 
     @cached_property
     def leakage_requests(self) -> NDArray[np.float64]:
@@ -208,3 +126,162 @@ class ExperimentData:
         if time is None or name not in rows:
             raise StoreError(f"{self.path}: contains no {name}; set store: {{signals: all}} and sweep again")
         return time, rows[name][0]
+
+
+_MOST_RECORDS, _MOST_SAMPLES = 256, 320_000
+"""Limits of a batch: records, and samples per channel that are in memory at a time."""
+
+SIGNAL_OF_CHANNEL = {
+    channel: signal
+    for channel, signal in SIGNAL_NAMES.items()
+    if signal in {variable.name for variable in names.stored_variables("all") if variable.is_signal}
+}
+"""Channel → name of its signal, for all channels of simulated runs."""
+
+
+def batch_length(n_time: int) -> int:
+    """Number of records per batch for records of `n_time` samples."""
+    return max(1, min(_MOST_RECORDS, _MOST_SAMPLES // max(n_time, 1)))
+
+
+def distinct_records(
+    record_ids: Sequence[str], are_ok: Sequence[bool], only: Collection[int] | None = None
+) -> list[int]:
+    """Position of one run per record: the first successful run, or else the first."""
+    chosen: dict[str, int] = {}
+    looked_at = None if only is None else set(only)
+    for position, (record_id, is_ok) in enumerate(zip(record_ids, are_ok, strict=True)):
+        if looked_at is not None and position not in looked_at:
+            continue
+        first = chosen.setdefault(record_id, position)
+        if is_ok and not are_ok[first]:
+            chosen[record_id] = position
+    return sorted(chosen.values())
+
+
+def drive_period(drive: InputConfig, random_force: float) -> float | None:
+    """Period of the input of the actuator [s]; None if the input is not periodic."""
+    return drive.period if drive.is_periodic and random_force == 0.0 else None
+
+
+def study_labels(experiment: ExperimentConfig) -> list[str]:
+    """Population of each run of a study, such as ``0.1 L/min`` or ``shift stiffer``; empty for others."""
+    if experiment.study is None:
+        return []
+    roles = study_roles(experiment)
+    titles = [population.title.removeprefix("fault ") for population in roles.populations]
+    return [titles[index] for index in roles.of_run.tolist()]
+
+
+@dataclass(frozen=True)
+class StoredRecords:
+    """Records of some runs of an experiment, as far as stored; one that several runs share occurs once."""
+
+    data: ExperimentData
+    name: str
+    channels: Collection[Channel] = tuple(Channel)
+    only: Collection[int] | None = None
+
+    @property
+    def data_sheet(self) -> dict[str, Any]:
+        """The nominal machine of the experiment."""
+        return self.data.experiment.data_sheet
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """Batches of records in the order of the runs; failed runs are rejected with their status."""
+        if self.data.experiment.store.signals == "none":
+            again = "sweep" if self.data.n_run > 1 else "simulate"
+            raise StoreError(
+                f"{self.name}: contains no signals; set store: {{signals: all}} and {again} again"
+            )
+        for positions in self._windows():
+            batch = self._batch(positions)
+            if labels:
+                batch = replace(
+                    batch, labels=tuple(self._label(row) for row in positions if self._is_ok(row))
+                )
+            rejected = tuple(self._rejected(row, labels) for row in positions if not self._is_ok(row))
+            yield replace(batch, rejected=rejected)
+
+    def _windows(self) -> Iterator[list[int]]:
+        """Groups of consecutive runs with the same drive period."""
+        length = batch_length(self._n_time)
+        are_ok = [self._is_ok(row) for row in range(self.data.n_run)]
+        rows = distinct_records(self.record_ids, are_ok, self.only)
+        for first in range(0, len(rows), length):
+            window = rows[first : first + length]
+            by_period = sorted(window, key=lambda row: self._periods[row] or 0.0)
+            for _, alike in groupby(by_period, key=lambda row: self._periods[row]):
+                yield list(alike)
+
+    def _batch(self, positions: Sequence[int]) -> RecordBatch:
+        rows = [row for row in positions if self._is_ok(row)]
+        wanted = {
+            channel: SIGNAL_OF_CHANNEL[channel] for channel in SIGNAL_OF_CHANNEL if channel in self.channels
+        }
+        held = self.data.signals.rows(list(wanted.values()), rows) if rows else {}
+        channels = {channel: held[signal] for channel, signal in wanted.items() if signal in held}
+        return RecordBatch(
+            channels,
+            self._sampling_frequency,
+            tuple(self.record_ids[row] for row in rows),
+            sources=(self.name,) * len(rows),
+            drive_period=self._periods[positions[0]],
+            remarks=tuple(_missing_value_remarks(channels, index) for index in range(len(rows))),
+        )
+
+    def _rejected(self, row: int, labels: bool) -> RejectedRecord:
+        columns = self.data.columns
+        status, message = str(columns[names.STATUS][row]), str(columns[names.MESSAGE][row])
+        label = self._label(row) if labels else ""
+        return RejectedRecord(
+            self.record_ids[row], self.name, "", Issue(message or status, kind=status), label
+        )
+
+    def _is_ok(self, row: int) -> bool:
+        return bool(self.data.columns[names.STATUS][row] == "ok")
+
+    @cached_property
+    def _study_labels(self) -> list[str]:
+        return study_labels(self.data.experiment)
+
+    def _label(self, row: int) -> str:
+        if self._study_labels:
+            return self._study_labels[row]
+        stated = (names.LEAKAGE_LEVEL, names.LEAKAGE_COEFFICIENT, names.BULK_MODULUS)
+        flow, coefficient, modulus = (float(self.data.columns[name][row]) for name in stated)
+        is_known = self.data.experiment.plant.takes("fluid.bulk_modulus")
+        return condition_label(flow, coefficient, modulus if is_known else math.nan)
+
+    @cached_property
+    def record_ids(self) -> list[str]:
+        """Identities of the records, or of the runs in files without record identities."""
+        run_ids = self.data.columns[names.RUN_ID]
+        record_ids = self.data.columns.get(names.RECORD_ID, run_ids)
+        return [str(record or run) for record, run in zip(record_ids, run_ids, strict=True)]
+
+    @cached_property
+    def _sampling_frequency(self) -> float:
+        return float(self.data.values("record.sampling_frequency")[0])
+
+    @cached_property
+    def _n_time(self) -> int:
+        return round(self._sampling_frequency * float(self.data.values("record.duration")[0]))
+
+    @cached_property
+    def _periods(self) -> list[float | None]:
+        drives = ("input.shape", "input.period", "load.random_force")
+        periods: dict[tuple[Any, ...], float | None] = {}
+        values = list(zip(*(self.data.values(name) for name in drives), strict=True))
+        for shape, period, force in set(values):
+            drive = InputConfig.model_construct(shape=shape, period=period)
+            periods[shape, period, force] = drive_period(drive, force)
+        return [periods[value] for value in values]
+
+
+def _missing_value_remarks(channels: dict[Channel, Array], row: int) -> tuple[Issue, ...]:
+    return tuple(
+        Issue(f"{channel} is not stored completely", channel, kind="missing_values", is_unusable=True)
+        for channel, samples in channels.items()
+        if not np.isfinite(samples[row]).all()
+    )

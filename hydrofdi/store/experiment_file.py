@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunTable
+from hydrofdi.config.drive import without_contents
+from hydrofdi.config.experiment import stored_attributes
+from hydrofdi.config.loading import stored_experiment
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import StoreError
-from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
+from hydrofdi.store import names
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
-from hydrofdi.store.folder import stored_experiment
-from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import Variable
-from hydrofdi.store.shards import FileSignals, create_signal, values_in, write_rows
+from hydrofdi.store.names import Variable
+from hydrofdi.store.shards import FileSignals, ShardResults, create_signal, values_in, write_rows
 
 if TYPE_CHECKING:
     import h5py
@@ -49,7 +49,7 @@ def write_experiment(
 
     time = results.time() if experiment.store.signals != "none" else None
     kept = names.stored_signals(experiment.store.signals) - experiment.absent_signals
-    signals = [each for each in names.COMPUTED if each.name in kept]
+    signals = [variable for variable in names.COMPUTED if variable.name in kept]
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
         file.attrs["format_version"] = names.FORMAT_VERSION
@@ -61,18 +61,13 @@ def write_experiment(
         for variable, values in columns_of(results, table).items():
             _write_column(file, variable, values)
         if axes := coordinates_of(table):
-            file.attrs["coordinates"] = " ".join(each.name for each in axes)
+            file.attrs["coordinates"] = " ".join(variable.name for variable in axes)
             for variable, values in axes.items():
                 _write_column(file, variable, values)
             file[names.SWEPT.name].attrs["dtype"] = "bool"  # as xarray marks it
         # a wavelet that varies is stored as a swept parameter
         for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
-            attributes = file[f"{label}{names.ANALYSIS_ID}"].attrs
-            attributes["indicator"], attributes["version"] = indicator.name, indicator.version
-            attributes["options"] = indicator.options.model_dump_json()
-            for kind in CHANNELS:
-                attributes[kind] = " ".join(sorted(getattr(indicator, kind)))
-            attributes["outputs"] = OUTPUTS.dump_json(tuple(indicator.outputs)).decode()
+            file[f"{label}{names.ANALYSIS_ID}"].attrs.update(stored_attributes(indicator))
         for variable in signals if time is not None else ():
             if variable.name == names.INPUT_VOLTAGE and _share_input(table):
                 _write_shared_input(file, variable, results, experiment)
@@ -83,7 +78,7 @@ def write_experiment(
 def computed_variables(table: RunTable) -> tuple[Variable, ...]:
     """Variables that the runs of a table compute, without signals."""
     wavelets = [request.wavelet for request in table.runs.distinct("wavelet")]
-    computed = names.stored_variables("none", phases=any(each.phase == "all" for each in wavelets))
+    computed = names.stored_variables("none", phases=any(wavelet.phase == "all" for wavelet in wavelets))
     return (*computed, *names.output_variables(map(table.runs.choice.made, wavelets)))
 
 
@@ -235,7 +230,7 @@ def read_experiment(path: Path) -> ExperimentData:
         stored = (*names.REQUESTED, *names.stored_variables("none", phases=names.PHASE in file))
         axes = {names.axis_variable(name) for name in experiment.varied_names}
         others = [name for name in file if name in axes or ("." in name and not file[name].is_scale)]
-        columns = {name: values_in(file, name) for name in (*(each.name for each in stored), *others)}
+        columns = {name: values_in(file, name) for name in (*(variable.name for variable in stored), *others)}
         columns |= names.wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
@@ -247,12 +242,18 @@ def read_experiment(path: Path) -> ExperimentData:
         physics = int(file.attrs["physics_version"])
         configuration = json.loads(file.attrs["configuration"])
         absent = {
-            label: AbsentIndicator(why, file[f"{label}{names.ANALYSIS_ID}"].attrs)
-            for label, why in experiment.indicator_choice.absent.items()
+            label: dict(file[f"{label}{names.ANALYSIS_ID}"].attrs)
+            for label in experiment.indicator_choice.absent
         }
-    remarks = _omitted(absent)
     return ExperimentData(
-        path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics, absent
+        path,
+        experiment,
+        columns,
+        versions,
+        FileSignals(path),
+        configuration,
+        physics_version=physics,
+        attributes=absent,
     )
 
 
@@ -262,7 +263,7 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
         with _experiment_file(path) as file:
             same = file.attrs["configuration"] == experiment.model_dump_json()
             current = file.attrs["physics_version"] == PHYSICS_VERSION
-            return bool(same and current and MISSING not in file[names.STATUS].asstr()[:])
+            return bool(same and current and names.MISSING not in file[names.STATUS].asstr()[:])
     except StoreError:
         return False
 
@@ -270,8 +271,8 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
 def read_texts(path: Path, name: str) -> dict[str, list[str]]:
     """Name → text of each run, of a variable, or of all variables with a suffix such as ``.obstacle``."""
     with _experiment_file(path) as file:
-        found = [each for each in file if each == name or (name.startswith(".") and each.endswith(name))]
-        return {each: list(file[each].asstr()[:]) for each in found}
+        named = [own for own in file if own == name or (name.startswith(".") and own.endswith(name))]
+        return {own: list(file[own].asstr()[:]) for own in named}
 
 
 @contextmanager
@@ -298,15 +299,4 @@ def read_unfinished(
 ) -> ExperimentData:
     """Read an experiment from its shards; runs without a result contain the reason."""
     columns = {variable.name: values for variable, values in columns_of(results, table).items()}
-    absent = {label: AbsentIndicator(why) for label, why in experiment.indicator_choice.absent.items()}
-    remarks = _omitted(absent)
-    return ExperimentData(path, experiment, columns, dict(versions), results, remarks=remarks)
-
-
-def _omitted(absent: Mapping[str, AbsentIndicator]) -> tuple[str, ...]:
-    """Remarks on the indicators that are neither installed nor described."""
-    return tuple(
-        f"Indicator {label} is omitted: {each.reason}. Its values remain stored."
-        for label, each in absent.items()
-        if not each.outputs
-    )
+    return ExperimentData(path, experiment, columns, dict(versions), results)

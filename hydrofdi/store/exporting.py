@@ -13,9 +13,9 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.files import OWN, WRITERS, Selection
 from hydrofdi.settings.messages import counted, nearest
+from hydrofdi.store.experiment_data import StoredRecords, distinct_records
 from hydrofdi.store.files import require_own, whole_file
-from hydrofdi.store.layout.names import RUN_ID, STATUS
-from hydrofdi.store.records import StoredRecords, distinct_records
+from hydrofdi.store.names import RUN_ID, STATUS
 from hydrofdi.store.results import rows_named
 from hydrofdi.tables.answer import Answer
 

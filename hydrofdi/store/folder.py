@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fcntl
-import hashlib
 import json
 import os
 import platform
@@ -18,14 +17,11 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.experiment import STORED
-from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.drive import without_contents
+from hydrofdi.config.loading import stored_experiment
 from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.settings.messages import describe_error
 from hydrofdi.store.files import open_own, reason, write_all, write_whole_text
 
 _FILE = ".lock"
@@ -218,21 +214,14 @@ def now() -> str:
 
 
 def _git_state(folder: Path) -> dict[str, Any] | None:
-    """Commit of the code and hash of uncommitted changes; None if the folder is not a checkout."""
+    """Commit of the code, and whether its files are changed; None if the folder is not a checkout."""
+    command = ["git", "-C", str(folder), "describe", "--always", "--abbrev=40", "--dirty", "--exclude=*"]
     try:
-        commit = _git(folder, "rev-parse", "HEAD").strip()
-        difference = _git(folder, "diff", "HEAD")
-        untracked = _git(folder, "ls-files", "--others", "--exclude-standard")
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
     except (OSError, subprocess.SubprocessError):
         return None
-    is_dirty = bool(difference.strip() or untracked.strip())
-    digest = hashlib.sha256((difference + untracked).encode()).hexdigest() if is_dirty else None
-    return {"commit": commit, "dirty": is_dirty, "difference_sha256": digest}
-
-
-def _git(folder: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(folder), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout
+    commit, _, changes = done.stdout.strip().partition("-")
+    return {"commit": commit, "dirty": bool(changes)}
 
 
 def _processor() -> str:
@@ -310,13 +299,3 @@ def read_request(directory: Path) -> ExperimentConfig:
     if not record:
         raise StoreError(f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})")
     return stored_experiment(json.dumps(record), str(directory / REQUEST_FILE))
-
-
-def stored_experiment(text: str, place: str) -> ExperimentConfig:
-    """Parse a resolved configuration."""
-    try:
-        return ExperimentConfig.model_validate_json(text, context=STORED)
-    except ValidationError as error:
-        first = error.errors()[0]
-        why = ": ".join(filter(None, (".".join(map(str, first["loc"])), describe_error(first))))
-        raise StoreError(f"{place}: cannot be read: {why}") from None

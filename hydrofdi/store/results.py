@@ -17,11 +17,11 @@ from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, similar
-from hydrofdi.store.experiment_data import ExperimentData, ShardResults
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import read_experiment, read_unfinished
 from hydrofdi.store.folder import REQUEST_FILE, read_failures, read_request, request_record, stored_identity
-from hydrofdi.store.layout.names import RUN_ID
-from hydrofdi.store.shards import ShardIndex, read_index
+from hydrofdi.store.names import RUN_ID
+from hydrofdi.store.shards import ShardIndex, ShardResults, read_index
 from hydrofdi.version import __version__
 
 RESULTS = Path("results")
@@ -131,8 +131,8 @@ def stored_run_ids(directory: Path, experiment: ExperimentConfig) -> tuple[str, 
 def _stored_table(experiment: ExperimentConfig, directory: Path) -> RunTable:
     """The runs of a stored experiment, whose plug-ins are not needed."""
     table = expand_runs(experiment)
-    table.runs.choice = replace(table.runs.choice, stored_identity=stored_identity(directory))
-    return table
+    choice = replace(table.runs.choice, stored_identity=stored_identity(directory))
+    return replace(table, runs=replace(table.runs, choice=choice))
 
 
 def _read_shards(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store import names
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file, write_whole_text
-from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import TIME, Variable, stored_signals
+from hydrofdi.store.folder import Failure
+from hydrofdi.store.names import Variable
 
 if TYPE_CHECKING:
     import h5py
@@ -64,12 +65,12 @@ class FileSignals:
     def time(self) -> NDArray[np.float64] | None:
         """Sampling instants [s]; None if no signals are stored."""
         with open_for_reading(self.path) as file:
-            return np.asarray(file[TIME][:]) if TIME in file else None
+            return np.asarray(file[names.TIME][:]) if names.TIME in file else None
 
-    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+    def rows(self, signals: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
         """Signals of some runs by name; signals that the file lacks are omitted."""
         with open_for_reading(self.path) as file:
-            return {name: _signal_rows(file[name], positions) for name in names if name in file}
+            return {name: _signal_rows(file[name], positions) for name in signals if name in file}
 
 
 def _signal_rows(signal: h5py.Dataset, rows: Sequence[int]) -> NDArray[np.float64]:
@@ -282,22 +283,106 @@ def _from_index(path: Path) -> dict[str, Any]:
         return {}
 
 
-def _keep_more_complete(places: dict[str, StoredRun], identity: str, stored: StoredRun) -> None:
-    known = places.setdefault(identity, stored)
+def _keep_more_complete(located: dict[str, StoredRun], identity: str, stored: StoredRun) -> None:
+    known = located.setdefault(identity, stored)
     if known is not stored and _completeness(known) < _completeness(stored):
-        places[identity] = stored
+        located[identity] = stored
 
 
 _DTYPES = ("float32", "float64")
 
 
 def _completeness(stored: StoredRun) -> tuple[int, int]:
-    return len(stored_signals(stored.signals)), _DTYPES.index(stored.dtype)
+    return len(names.stored_signals(stored.signals)), _DTYPES.index(stored.dtype)
 
 
 def holds_enough(stored: StoredRun, signals: str, dtype: str) -> bool:
     """Whether a stored run has the requested signals in at least the requested precision."""
     if signals == "none":
         return True
-    has_signals = stored_signals(stored.signals) >= stored_signals(signals)
+    has_signals = names.stored_signals(stored.signals) >= names.stored_signals(signals)
     return has_signals and _DTYPES.index(stored.dtype) >= _DTYPES.index(dtype)
+
+
+def gathered(
+    runs: Sequence[StoredRun | None], variables: Collection[Variable], sizes: Mapping[str, int]
+) -> dict[str, NDArray[Any]]:
+    """Variables of stored runs by name, one row per run, without signals that no run has; each shard is
+    opened once."""
+    columns = {
+        variable.name: variable.blank(len(runs), *(sizes[name] for name in variable.dimensions[1:]))
+        for variable in variables
+    }
+    positions_in: dict[Path, list[int]] = {}
+    rows_in: dict[Path, list[int]] = {}
+    for position, run in enumerate(runs):
+        if run is not None:
+            positions_in.setdefault(run.shard, []).append(position)
+            rows_in.setdefault(run.shard, []).append(run.row)
+    absent = {variable.name for variable in variables if variable.is_signal}
+    for shard, positions in positions_in.items():
+        for name, values in read_rows(shard, columns, rows_in[shard]).items():
+            inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
+            columns[name][tuple(inside)] = values
+            absent.discard(name)
+    return {name: values for name, values in columns.items() if name not in absent}
+
+
+class ShardResults:
+    """Results in shards, with gaps where runs failed or are missing."""
+
+    def __init__(self, run_ids: Sequence[str], index: ShardIndex, failures: dict[str, Failure]) -> None:
+        self._run_ids = run_ids
+        self._failures = failures
+        self._located = [index.runs.get(run_id) for run_id in run_ids]
+        self._signals = [None if run is None else index.signals_of(run) for run in self._located]
+
+    @property
+    def n_run(self) -> int:
+        """Number of runs."""
+        return len(self._run_ids)
+
+    def columns(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
+        """Variables other than signals of these dimensions; NaN, or the reason, without a result."""
+        columns = gathered(self._located, variables, sizes)
+        columns[names.RUN_ID][:] = self._run_ids
+        columns[names.STATUS][:] = self.statuses()
+        told = [name for name in columns if name == names.MESSAGE or name.endswith(names.OBSTACLE)]
+        for position, located in enumerate(self._located):
+            if located is None:
+                for name in told:
+                    columns[name][position] = self._reason(position)[1]
+        return columns
+
+    def statuses(self) -> list[str]:
+        """Status of each run, or why it has no result."""
+        return [
+            self._reason(position)[0] if located is None else located.status
+            for position, located in enumerate(self._located)
+        ]
+
+    def rows(self, signals: Collection[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+        """Signals of some runs by name; a signal that no run has is omitted, missing rows are NaN."""
+        runs = [self._signals[position] for position in positions]
+        stored = frozenset[str]().union(*(names.stored_signals(run.signals) for run in runs if run))
+        held = [each for each in names.stored_variables("all") if each.name in stored.intersection(signals)]
+        time = self.time() if held else None
+        return {} if time is None else gathered(runs, held, {names.TIME: len(time)})
+
+    def signal(self, name: str, position: int) -> NDArray[np.float64]:
+        """A signal of one run; empty if it is not stored."""
+        rows = self.rows([name], [position])
+        return rows[name][0] if name in rows else np.empty(0)
+
+    def time(self) -> NDArray[np.float64] | None:
+        """Sampling instants [s]; None if no run is stored with signals."""
+        shard = next((run.shard for run in self._signals if run is not None and run.signals != "none"), None)
+        if shard is None:
+            return None
+        with open_for_reading(shard) as file:
+            return np.asarray(file[names.TIME][:])
+
+    def _reason(self, position: int) -> tuple[str, str]:
+        """Status and message of a run without a result."""
+        failure = self._failures.get(self._run_ids[position])
+        return (failure.status, failure.message) if failure else (names.MISSING, "not computed yet")

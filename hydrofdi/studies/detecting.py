@@ -25,8 +25,8 @@ from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, compa
 from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, MISSING, STATUS
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import needed_channels, read_study, within
 from hydrofdi.studies.records import (

@@ -18,7 +18,7 @@ from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, pairs, sketch_of
 from hydrofdi.records.source import MeasuredSource
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.records import StoredRecords
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.results import external_coefficients
 from hydrofdi.studies.reading import WHICH, require_labels, stored_roles
 

@@ -22,10 +22,9 @@ from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted, similar
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData
 from hydrofdi.store.folder import read_costs
-from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+from hydrofdi.store.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, MISSING, OBSTACLE, STATUS
 from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords
 
 

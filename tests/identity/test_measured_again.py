@@ -20,7 +20,7 @@ from hydrofdi.indicators.measuring import measure_sources
 from hydrofdi.indicators.registry import TAKEN
 from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from hydrofdi.store.shards import read_index
 from tests.commands import run_json

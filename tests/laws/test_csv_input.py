@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config.drive import InputConfig, RecordConfig, held_text
 from hydrofdi.config.runs import run_identity
-from hydrofdi.config.sections.csv_input import held_text
-from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import input_voltage, largest_voltage

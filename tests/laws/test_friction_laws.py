@@ -8,7 +8,7 @@ from free_motion import FRICTIONLESS, free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.config.sections.machine import FrictionConfig
+from hydrofdi.config.machine import FrictionConfig
 from hydrofdi.physics import friction
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.hydraulics import State, friction_of

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.sections.csv_input import held_text
-from hydrofdi.config.sections.drive import InputConfig, RecordConfig
+from hydrofdi.config.drive import InputConfig, RecordConfig, held_text
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checking import computed_rows
 from hydrofdi.execution.compute import Job, compute_columns

@@ -19,7 +19,7 @@ from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts, devi
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.report.page import render_markdown
 from hydrofdi.report.runs import run_table
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from tests.commands import run_hydrofdi
 from tests.conftest import SMALL, sweep_in

@@ -14,9 +14,9 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts
 from hydrofdi.report import runs
 from hydrofdi.report.figures import draw_figure
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
-from hydrofdi.store.layout import names
 from hydrofdi.store.shards import FileSignals
 from hydrofdi.transforms import percentage_change
 from tests.commands import run, run_json

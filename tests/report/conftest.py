@@ -8,9 +8,9 @@ import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.papers.maddahi2015.report import StudyReport
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
-from hydrofdi.store.layout import names
 from hydrofdi.store.results import read_results
 from hydrofdi.store.shards import FileSignals
 

@@ -14,7 +14,7 @@ from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.report.composition import Report
 from hydrofdi.report.runs import external_coefficients, run_table
 from hydrofdi.report.views import external_view
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from tests.commands import run_hydrofdi
 from tests.conftest import REPOSITORY, sweep_in, swept

@@ -17,7 +17,7 @@ from hydrofdi.papers import make_report
 from hydrofdi.report.figures import KINDS, draw_figure
 from hydrofdi.report.indicators import measured_indicator, relative_change
 from hydrofdi.report.page import render_json, render_page, write_all_forms
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from hydrofdi.tables.table import Table
 from tests.commands import run_hydrofdi

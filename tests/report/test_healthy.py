@@ -8,7 +8,7 @@ import pytest
 from hydrofdi.config import load_experiment
 from hydrofdi.report.runs import run_table
 from hydrofdi.report.views import healthy_view
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from tests.conftest import sweep_in
 

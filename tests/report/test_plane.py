@@ -14,7 +14,7 @@ import hydrofdi as package
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError, UnknownNameError
 from hydrofdi.report.figures import draw_figure
-from hydrofdi.store.layout.names import coordinate
+from hydrofdi.store.names import coordinate
 from tests.commands import run_hydrofdi
 from tests.report.rows import check_golden
 

@@ -10,7 +10,7 @@ from scipy.stats import spearmanr
 from hydrofdi.papers import make_report
 from hydrofdi.report.page import render_json
 from hydrofdi.report.responses import LEAST_RUNS, rank_correlation, spread, study_responses
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from tests.conftest import sweep_in
 

@@ -9,7 +9,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.execution import compute
 from hydrofdi.simulation import sensing
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.store.layout.names import stored_variables
+from hydrofdi.store.names import stored_variables
 from tests import machines
 from tests.commands import run_json
 from tests.conftest import sweep_in

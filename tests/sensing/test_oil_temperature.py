@@ -10,7 +10,7 @@ from hydrofdi.api.sources import open_records
 from hydrofdi.config import load_experiment
 from hydrofdi.config.plausibility import idle_parameters
 from hydrofdi.records import Channel
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from tests.conftest import sweep_in
 from tests.machines import RIG, sections_of
 

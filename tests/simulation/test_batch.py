@@ -27,7 +27,7 @@ from hydrofdi.simulation.lanes import (
     ModelOptions,
     pack_lanes,
 )
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.transforms import detail_rms
 from tests.machines import RIG, settings_of
 from tests.simulation import reference

@@ -18,8 +18,8 @@ import xarray
 from hydrofdi.errors import StoreError
 from hydrofdi.report.composition import Report
 from hydrofdi.report.runs import run_table
+from hydrofdi.store import names
 from hydrofdi.store.experiment_file import read_experiment
-from hydrofdi.store.layout import names
 from hydrofdi.store.results import read_results
 from hydrofdi.store.shards import read_index
 from tests.commands import run, run_json
@@ -31,7 +31,7 @@ from pathlib import Path
 import numpy as np
 from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.store.shards import write_shard
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 
 n_run, n_time = 16, 40_000
 columns = {names.TIME: np.arange(float(n_time))}

@@ -14,9 +14,9 @@ from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.config.runs import run_identity
 from hydrofdi.execution.compute import Batch, Job, compute_columns, compute_shard
 from hydrofdi.execution.simulated import SimulatedRecords
+from hydrofdi.store import names
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import write_request
-from hydrofdi.store.layout import names
-from hydrofdi.store.records import StoredRecords
 from hydrofdi.store.results import read_results
 from hydrofdi.transforms import detail_rms
 from tests.commands import run_json

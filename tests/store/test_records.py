@@ -19,9 +19,9 @@ from hydrofdi.errors import StoreError
 from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.store import records
+from hydrofdi.store import experiment_data as records
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import file_lock
-from hydrofdi.store.records import StoredRecords
 from hydrofdi.store.results import read_results
 from tests.conftest import sweep_in
 

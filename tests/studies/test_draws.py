@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.config.loading import stored_experiment
 from hydrofdi.evaluation.scores import NOTHING, Kind
-from hydrofdi.store.folder import stored_experiment
 from tests.studies.populations import drawn, rows
 
 POPULATION = "{seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}, friction.viscous: {uniform: ±30 %}}}"

@@ -13,7 +13,7 @@ from hydrofdi.engine import InProcessEngine
 from hydrofdi.execution.compute import Job, compute_columns, measured_columns
 from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.report.detection.report import estimates_block
-from hydrofdi.store.layout.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
+from hydrofdi.store.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
 from hydrofdi.store.results import read_results
 from hydrofdi.studies.detecting import judge_estimates
 from hydrofdi.studies.reading import read_study

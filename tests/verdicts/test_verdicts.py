@@ -10,7 +10,7 @@ from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.request import parameter_names
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 
 SHORT = RunParameters().with_values({"record.duration": 2.0, "input.period": 0.5})
 SETTLED = {"record.duration": 8.0}

@@ -11,7 +11,7 @@ from generators.links import led_to_pages
 
 import hydrofdi
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.sections.machine import FluidConfig
+from hydrofdi.config.machine import FluidConfig
 from hydrofdi.config.study import OnlineConfig
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.registry import describe

@@ -25,9 +25,8 @@ from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of
 from hydrofdi.settings.files import located, plain
-from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import stored_signals
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData, StoredRecords
+from hydrofdi.store.names import stored_signals
 from hydrofdi.store.results import read_results
 from hydrofdi.studies.detecting import winner_settings
 from hydrofdi.studies.healthy import HealthyRecords

@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.report import runs
+from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout import names
 from hydrofdi.store.results import external_coefficients
 
 ABSENT = -1

@@ -17,7 +17,7 @@ from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures import BLUE, GREEN, INK, ORANGE, series, time_axis
 from hydrofdi.report.figures.signals import PANELS, details, draw_beside
 from hydrofdi.report.runs import kilopascal, mode_name
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 
 
 def _position(study: StudyData, leakage: int, bulk_modulus: int) -> int:

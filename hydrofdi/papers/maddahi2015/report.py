@@ -26,7 +26,7 @@ from hydrofdi.report.document import (
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, RunTable, joined
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
 from hydrofdi.tables.table import Table, plain
 from hydrofdi.units import convert
 

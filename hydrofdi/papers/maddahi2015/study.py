@@ -33,8 +33,9 @@ from hydrofdi.report.document import Block
 from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
 from hydrofdi.report.runs import RunTable, joined, modulus_text, normal_bulk_modulus
 from hydrofdi.settings.messages import HOLE, counted
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.layout import names
+from hydrofdi.store import names
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import MISSING
 from hydrofdi.tables.table import Table, group_breaks
 
 CORE = ("C1", "C2", "C3", "C4")

@@ -17,8 +17,8 @@ from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
 from hydrofdi.settings.messages import HOLE, two_digits
-from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.layout.names import STATUS
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.names import MISSING, STATUS
 from hydrofdi.studies.records import Detection, Nuisance, nuisances_of
 from hydrofdi.tables.table import Table, group_breaks, numbers
 

@@ -27,7 +27,7 @@ from hydrofdi.report.document import (
 )
 from hydrofdi.report.runs import joined
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import STATUS
+from hydrofdi.store.names import STATUS
 from hydrofdi.studies.detecting import (
     REFERENCE_PRESSURE,
     Estimates,

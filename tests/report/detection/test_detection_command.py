@@ -10,8 +10,8 @@ from hydrofdi.engine import InProcessEngine
 from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.papers import make_report
+from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import write_request
-from hydrofdi.store.records import StoredRecords
 from hydrofdi.store.results import read_results
 from tests.commands import run_json
 from tests.conftest import sweep_in

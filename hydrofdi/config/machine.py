@@ -13,6 +13,7 @@ from hydrofdi.physics.cylinder import axial_weight
 from hydrofdi.physics.fluid import stiffening_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings import quantities as usual
+from hydrofdi.settings.messages import shown_quantity
 from hydrofdi.settings.quantities import SI, Section
 
 if TYPE_CHECKING:
@@ -406,11 +407,6 @@ class LeakageConfig(Section):
         """How long the leakage takes to open [s]."""
         return _AT_ONCE if self.onset == "step" else self.onset_duration
 
-    @property
-    def needs_calibration(self) -> bool:
-        """Whether K_i has to be solved from a mean leakage flow."""
-        return bool(self.internal_flow)
-
 
 class LoadConfig(Section):
     """Force against positive motion of the piston."""
@@ -624,3 +620,14 @@ class ValveConfig(Section):
     def is_limited(self) -> bool:
         """Whether position or speed of the spool saturates."""
         return self.largest_opening is not None or self.largest_speed is not None
+
+
+def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
+    """The chambers do not start cavitating."""
+    start = 0.5 * (supply.pressure + supply.return_pressure)
+    if fluid.vapour_pressure >= start:
+        raise ValueError(
+            f"fluid.vapour_pressure = {shown_quantity(fluid.vapour_pressure, 'Pa')} must be below the"
+            f" {shown_quantity(start, 'Pa')} at which the chambers start, the mean of supply and return"
+            " pressure"
+        )

@@ -10,6 +10,8 @@ from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import ConfigDict, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
+from hydrofdi.config.drive import ControlConfig, RecordConfig, is_whole
+from hydrofdi.config.machine import LeakageConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi.fmu import Model, Variable, digest_of, read_model
 from hydrofdi.records import Channel
@@ -139,14 +141,14 @@ class PlantConfig(Section):
         if "chamber_1_pressure" not in self.outputs:
             raise ValueError("outputs: name the variable of chamber_1_pressure at least")
         leak = self.leakage.coefficient
-        driven = [plant_variable(model, *each).name for each in self.inputs.items()]
+        driven = [plant_variable(model, *pair).name for pair in self.inputs.items()]
         for name in self.own:
             if name in (leak, *driven, *self.parameters.values()):
                 setter = "leakage.internal_coefficient" if name == leak else "inputs or parameters"
                 raise ValueError(f"{name!r} is set by {setter}; state it there alone")
         for name in (*self.parameters.values(), *([leak] if leak else ()), *self.own):
-            if not (found := model.variable(name)).is_settable:
-                raise ValueError(f"{name!r} cannot be set, as it is {_kind(found)}")
+            if not (variable := model.variable(name)).is_settable:
+                raise ValueError(f"{name!r} cannot be set, as it is {_kind(variable)}")
         return self
 
     @property
@@ -213,9 +215,9 @@ def named_model(fmu: str) -> Model | None:
     return model
 
 
-def _kind(found: Variable) -> str:
+def _kind(port: Variable) -> str:
     """What a variable is, in the words of FMI."""
-    return " ".join(filter(None, ("an array" if found.is_array else "", found.variability, found.causality)))
+    return " ".join(filter(None, ("an array" if port.is_array else "", port.variability, port.causality)))
 
 
 def _one_of(unit: str) -> str:
@@ -227,26 +229,26 @@ def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
     """The variable that a text names, with its conversion to SI; a ValueError if it is not such a signal."""
     needed = {**INPUTS, **OUTPUTS}[signal]
     written = None if text in model.variables else _WITH_UNIT.fullmatch(text)
-    found = model.variable(written["name"] if written else text)
-    if signal in INPUTS and found.causality != "input":
-        raise ValueError(f"{signal}: {found.name!r} is no input of the FMU, but {_kind(found)}")
-    if found.is_array or found.value_type is str:
-        raise ValueError(f"{signal}: {found.name!r} is no single number")
+    port = model.variable(written["name"] if written else text)
+    if signal in INPUTS and port.causality != "input":
+        raise ValueError(f"{signal}: {port.name!r} is no input of the FMU, but {_kind(port)}")
+    if port.is_array or port.value_type is str:
+        raise ValueError(f"{signal}: {port.name!r} is no single number")
     if written:
         if "…" in written["unit"]:
-            raise ValueError(f"{signal}: state the unit of {found.name!r}, such as '{found.name} [{needed}]'")
-        if found.si_unit != "1":
-            raise ValueError(f"{signal}: {found.name!r} is in {found.unit}; leave [{written['unit']}] out")
+            raise ValueError(f"{signal}: state the unit of {port.name!r}, such as '{port.name} [{needed}]'")
+        if port.si_unit != "1":
+            raise ValueError(f"{signal}: {port.name!r} is in {port.unit}; leave [{written['unit']}] out")
         return PlantVariable(
-            found.name, parse_quantity(_one_of(written["unit"]), needed), zero_of(written["unit"])
+            port.name, parse_quantity(_one_of(written["unit"]), needed), zero_of(written["unit"])
         )
-    is_known = found.si_unit != "1" or found.unit not in ("", "1", "-")
-    if is_known and parse_unit(found.si_unit).exponents != parse_unit(needed).exponents:
+    is_known = port.si_unit != "1" or port.unit not in ("", "1", "-")
+    if is_known and parse_unit(port.si_unit).exponents != parse_unit(needed).exponents:
         raise ValueError(
-            f"{signal} needs {needed}; {found.name!r} is in {found.unit}: state what 1 {found.unit} means, as"
-            f" in '{found.name} [0.1 {needed}]'"
+            f"{signal} needs {needed}; {port.name!r} is in {port.unit}: state what 1 {port.unit} means, as"
+            f" in '{port.name} [0.1 {needed}]'"
         )
-    return PlantVariable(found.name, found.factor, found.offset)
+    return PlantVariable(port.name, port.factor, port.offset)
 
 
 class _Declared(NamedTuple):
@@ -309,3 +311,28 @@ def foreign_value(name: str, value: Any) -> Any:
 def absent_signals(plant: PlantConfig) -> frozenset[str]:
     """Signals that runs on an FMU lack; none without one."""
     return frozenset(OUTPUTS.keys() - plant.outputs.keys() if plant.fmu is not None else ())
+
+
+def require_plant_fits(
+    plant: PlantConfig, control: ControlConfig, leakage: LeakageConfig, record: RecordConfig
+) -> None:
+    """An FMU has the variables that the controller and the leak need, and takes the communication step."""
+    if plant.fmu is None:
+        return
+    fixed = plant.model.fixed_step if plant.model is not None else None
+    if fixed is not None and not is_whole(record.step / fixed):
+        raise ValueError(
+            f"record.step = {record.step:g} s is not a multiple of the {fixed:g} s that {plant.name} takes"
+        )
+    is_inside = "reference_position" in plant.inputs
+    if control.is_closed and not is_inside and "piston_position" not in plant.outputs:
+        raise ValueError(f"control.law = {control.law} reads the position: name it in plant.outputs")
+    if not (is_inside or "input_voltage" in plant.inputs):
+        raise ValueError("plant.inputs needs input_voltage, or reference_position of a controller inside")
+    if (leakage.internal_coefficient or leakage.internal_flow) and plant.leakage.coefficient is None:
+        raise ValueError("an internal leak needs plant.leakage.coefficient, the parameter that sets it")
+    if leakage.internal_flow and "internal_leakage_flow" not in plant.outputs:
+        raise ValueError(
+            "leakage.internal_flow is solved from the flow of the leak, which is not among plant.outputs:"
+            " name it as internal_leakage_flow, or state leakage.internal_coefficient"
+        )

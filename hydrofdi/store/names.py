@@ -14,7 +14,6 @@ from hydrofdi.config.experiment import DWT, NAMED, Indicators
 from hydrofdi.config.experiment import SIGNALS as SIGNALS
 from hydrofdi.config.request import short_name
 from hydrofdi.config.runs import Runs
-from hydrofdi.transforms import n_phase
 
 FORMAT_VERSION = 4
 """Version of the layout of shards and experiment files."""
@@ -78,6 +77,9 @@ VALVE_SUPPLY_PRESSURE, OIL_TEMPERATURE = "valve_supply_pressure", "oil_temperatu
 CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressure"
 LARGEST_CHAMBER_1_PRESSURE = "chamber_1_pressure_max"
 FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
+
+MISSING = "missing"
+"""Status of a run that has not been computed."""
 
 NO_BASELINE = -1
 """Row number that means "no healthy run"."""
@@ -195,7 +197,7 @@ def axis_variable(parameter: str) -> str:
 def coordinate(parameter: str) -> str:
     """Name of the coordinate of a swept parameter, e.g. ``EBM``; else, e.g., ``swept_friction_law``."""
     short = short_name(parameter)
-    taken = {RUN, TIME, LEVEL, PHASE, SWEPT.name, *(each.name for each in (*REQUESTED, *COMPUTED))}
+    taken = {RUN, TIME, LEVEL, PHASE, SWEPT.name, *(own.name for own in (*REQUESTED, *COMPUTED))}
     return f"swept_{axis_variable(parameter)}" if short in taken or "." in short else short
 
 
@@ -240,7 +242,7 @@ def dimensions(runs: Runs) -> dict[str, int]:
         wavelet = request.wavelet
         lengths[LEVEL] = max(lengths[LEVEL], wavelet.levels)
         if wavelet.phase == "all":
-            lengths[PHASE] = max(lengths[PHASE], n_phase(wavelet.levels))
+            lengths[PHASE] = max(lengths[PHASE], wavelet.latest_start + 1)
         for label, indicator in runs.choice.made(wavelet).items():
             for output in indicator.outputs:
                 for dimension, length in output.dims.items():

@@ -1,1 +1,0 @@
-"""The sections of one run: plant, drive, sensors and record."""

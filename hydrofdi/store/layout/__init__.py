@@ -1,1 +1,0 @@
-"""Layout of result files: variables and their names."""

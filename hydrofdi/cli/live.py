@@ -248,7 +248,7 @@ def replay(
 
     Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
     """
-    from hydrofdi.monitor.replaying import sample_target
+    from hydrofdi.api.streams import sample_target
 
     chunks = hydrofdi.replay(source, rate=rate, settings=settings or (), **more)
     n_sample = 0

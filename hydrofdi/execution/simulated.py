@@ -14,15 +14,17 @@ from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_run
 from hydrofdi.config.plant import absent_signals
 from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.study import condition_label
-from hydrofdi.engine import InProcessEngine, limited
+from hydrofdi.engine import limited
 from hydrofdi.errors import Issue
-from hydrofdi.records import Channel, RecordBatch, RejectedRecord
+from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.simulation.balances import Outcome
 from hydrofdi.simulation.batch import measured_batch
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import experiment_data as records
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData, StoredRecords
+from hydrofdi.store.names import stored_signals
 
 _log = logging.getLogger(__name__)
 _SECONDS_BETWEEN_LINES = 5.0
@@ -72,7 +74,7 @@ class SimulatedRecords:
         while first < len(rows):
             alike = _alike(runs, rows[first:])
             with limited(self.experiment.limits.time_per_job):
-                coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
+                coefficients = leakage_coefficients(alike, None, known, required="none")
             own_ids = [record_ids[row] for row in rows[first : first + len(alike)]]
             texts = [titles[row] for row in rows[first : first + len(alike)]] if titles else []
             if labels and not titles:
@@ -93,7 +95,7 @@ class SimulatedRecords:
         The name says how many of them there are.
         """
         record_ids, rows = self.record_ids, self._rows
-        chosen = {rows[place] for place in spread(len(rows), n_record)}
+        chosen = {rows[position] for position in spread(len(rows), n_record)}
         if record_id is not None:
             chosen |= {row for row in rows if record_ids[row].startswith(record_id)}
         if len(chosen) >= len(rows):
@@ -119,13 +121,13 @@ def _batch(
     good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
     absent = absent_signals(runs[0].parameters.plant)
     wanted = {
-        each: signal
-        for each, signal in records.SIGNAL_OF_CHANNEL.items()
-        if each in source.channels and signal not in absent
+        channel: signal
+        for channel, signal in records.SIGNAL_OF_CHANNEL.items()
+        if channel in source.channels and signal not in absent
     }
-    found = shown.signals(wanted.values())
+    signals = shown.signals(wanted.values())
     return RecordBatch(
-        {channel: found[signal][good] for channel, signal in wanted.items() if signal in found},
+        {channel: signals[signal][good] for channel, signal in wanted.items() if signal in signals},
         runs[0].parameters.record.sampling_frequency,
         tuple(record_ids[row] for row in good),
         sources=(source.name,) * len(good),
@@ -171,3 +173,13 @@ def _alike(runs: Sequence[RunSpec], rows: Sequence[int]) -> list[RunSpec]:
 
 def _period(parameters: RunParameters) -> float | None:
     return records.drive_period(parameters.input, parameters.load.random_force)
+
+
+def records_of_study(stored: ExperimentData, needed: Collection[Channel]) -> RecordSource:
+    """The records of a study: its stored signals where they suffice, else simulated again."""
+    store, name = stored.experiment.store, str(stored.path)
+    signals = {signal for channel, signal in SIGNAL_OF_CHANNEL.items() if channel in needed}
+    signals -= stored.experiment.absent_signals
+    if signals <= stored_signals(store.signals) and store.dtype == "float64":
+        return StoredRecords(stored, name, needed)
+    return SimulatedRecords(stored.experiment, name, needed)

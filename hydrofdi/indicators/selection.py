@@ -47,14 +47,14 @@ def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[st
 
 def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, Any]:
     names: dict[str, Any] = {}
-    for place, item in enumerate(given):
+    for index, item in enumerate(given):
         name = item.strip() if isinstance(item, str) else item
         if isinstance(name, str) and name not in ("", "all", *names):
             names[name] = {}
         else:
             form = "'indicators: {dwt: {}, mine: {kind: dwt, levels: 3}}'"
             message = f"a list contains names, each once, not {name!r}; with options or labels, write {form}"
-            source.report((*within, place), message)
+            source.report((*within, index), message)
     return names
 
 

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import parameter_names, parameter_unit
-from hydrofdi.config.shown_values import shown_parameter
+from hydrofdi.config.shown_values import shown_modulus, shown_parameter
 from hydrofdi.config.sweep import count_points
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import MeasuredIndicator
-from hydrofdi.report.runs import Array, baseline_changes, litres_per_minute, shown_modulus, signed, with_minus
+from hydrofdi.report.runs import Array, baseline_changes, litres_per_minute, signed, with_minus
 from hydrofdi.settings.messages import HOLE, K_I_UNIT, typeset
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.shown_values import ShownParameter, shown_parameter
+from hydrofdi.config.shown_values import modulus_column, shown_modulus, shown_parameter
 from hydrofdi.settings.messages import HOLE
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
@@ -198,20 +198,9 @@ def level_names(levels: Sequence[int] | NDArray[np.int64]) -> list[str | None]:
     return [None if level < 0 else f"d{level + 1}" for level in levels]
 
 
-def shown_modulus() -> ShownParameter:
-    """How people read the EBM: in MPa where the experiment is not written in another unit."""
-    return shown_parameter("fluid.bulk_modulus", [1e9])
-
-
 def modulus_text(bulk_modulus: float) -> str:
     """An EBM with its unit."""
     return f"{shown_modulus().text(bulk_modulus)} {shown_modulus().unit}"
-
-
-def modulus_column(bulk_moduli: Sequence[float] | Array) -> Column:
-    """A column of EBM."""
-    shown = shown_modulus()
-    return Column("bulk_modulus", bulk_moduli, "Pa", f"EBM [{shown.unit}]", shown.text)
 
 
 def litres_per_minute(flow: float) -> str:

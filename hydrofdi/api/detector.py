@@ -442,13 +442,13 @@ def train(
     Traceback (most recent call last):
     hydrofdi.errors.NotStatedError: ... needs 99 healthy windows ...
     """
-    from hydrofdi.detectors.trained.request import (
+    from hydrofdi.detectors.trained.configuration import (
         config_of,
-        fleet_at,
         options_of_machine,
         require_same_score,
         setting_keys,
     )
+    from hydrofdi.detectors.trained.file import fleet_at
     from hydrofdi.detectors.trained.training import train as train_on
 
     is_name = isinstance(indicator, str) and not located(path_of(indicator)).is_file()
@@ -459,7 +459,7 @@ def train(
     if best:
         if config is not None or indicator is not None:
             raise ConfigError("best: the study chooses the indicators and the score; give neither")
-        from hydrofdi.studies.winner import winner_settings
+        from hydrofdi.studies.detecting import winner_settings
 
         stored = _study_at(data)
         config = winner_settings(stored, names_of("sensors", sensors, "symbols of sensors"))

@@ -19,8 +19,7 @@ from hydrofdi.report.detection.evaluation import EvaluationAnswer
 from hydrofdi.settings.arguments import Names, Texts, names_of
 from hydrofdi.settings.files import Source, validated
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.healthy import labels_of_healthy
-from hydrofdi.studies.left import Left
+from hydrofdi.studies.healthy import Left, labels_of_healthy
 from hydrofdi.studies.reading import made_scores, measured_study, require_labels
 from hydrofdi.studies.reading import usual_scores as usual_of
 

@@ -73,8 +73,7 @@ def train(
 def train_options() -> dict[str, Any]:
     """The options of `train` that follow from the configuration of a detector."""
     from hydrofdi.cli.options import options_of
-    from hydrofdi.detectors.trained.configuration import DetectorConfig
-    from hydrofdi.detectors.trained.request import setting_keys
+    from hydrofdi.detectors.trained.configuration import DetectorConfig, setting_keys
 
     return options_of(DetectorConfig, setting_keys())
 

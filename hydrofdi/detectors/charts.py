@@ -452,8 +452,8 @@ def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp
     """Positions of the streams of each group; a stream without a group (``""``) is its own group."""
     given = ("",) * n_stream if groups is None else groups
     names = [name or f"\0{stream}" for stream, name in enumerate(given)]
-    _, places = np.unique(np.asarray(names), return_inverse=True)
-    return [np.flatnonzero(places == group) for group in range(int(places.max(initial=-1)) + 1)]
+    _, group_of = np.unique(np.asarray(names), return_inverse=True)
+    return [np.flatnonzero(group_of == group) for group in range(int(group_of.max(initial=-1)) + 1)]
 
 
 def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterator[NDArray[np.intp]]:

@@ -251,8 +251,8 @@ def move_options(
     except ValidationError as errors:
         names = [*known, *model.model_fields]
         for error in errors.errors():
-            place = error["loc"] if error["loc"][0] in beside else ("options", *error["loc"])
-            source.mistakes.append(source.mistake((*path, *place), describe_error(error, names)))
+            where = error["loc"] if error["loc"][0] in beside else ("options", *error["loc"])
+            source.mistakes.append(source.mistake((*path, *where), describe_error(error, names)))
 
 
 def belongs(number: str, name: str) -> bool:
@@ -265,7 +265,7 @@ def belongs(number: str, name: str) -> bool:
 
 def combined_numbers(score: ScoreConfig, known: Sequence[str], label: str) -> list[list[str]]:
     """Names of the numbers of a score, in order, each once; for `compensated` once for each `of`."""
-    found: list[dict[str, None]] = []
+    combined: list[dict[str, None]] = []
     for names in (score.of, score.by):
         own: dict[str, None] = {}
         for name in names:
@@ -273,8 +273,8 @@ def combined_numbers(score: ScoreConfig, known: Sequence[str], label: str) -> li
             if not meant:
                 raise ConfigError(f"the score {label!r}: {name!r} is not measured{nearest(name, known)}")
             own |= dict.fromkeys(meant)
-        found.append(own)
-    of, by = found
+        combined.append(own)
+    of, by = combined
     if score.kind != "compensated":
         return [[*of, *by]]
     return [[each, *(proxy for proxy in by if proxy != each)] for each in of]

@@ -126,9 +126,9 @@ class Draws:
         with np.errstate(divide="ignore", invalid="ignore"):
             share = (limit - self.level) / self.growth
             root = np.maximum(share, 0.0) ** (1.0 / _POWERS[self.law])
-            place = np.where(pace > 0.0, np.log1p(np.maximum(share, 0.0) * np.expm1(pace)) / pace, root)
-        place = np.where(is_sudden, np.where(share <= 1.0, 0.0, np.inf), place)
-        at = self.onset + (last - self.onset) * place
+            reach = np.where(pace > 0.0, np.log1p(np.maximum(share, 0.0) * np.expm1(pace)) / pace, root)
+        reach = np.where(is_sudden, np.where(share <= 1.0, 0.0, np.inf), reach)
+        at = self.onset + (last - self.onset) * reach
         at = np.where((share >= 0.0) & (at <= 2.0 * last - self.time[0]), at, np.inf)
         return np.where(side * (self.level - limit) >= 0.0, -np.inf, at)
 
@@ -265,8 +265,8 @@ class ChangePointModel:
         none = np.array([each[0] for each, _ in self.evidences(own)])
         drawn = random.choice(len(self.noises), n_repeat, p=_shares(none))
         healthy = np.empty((self.n_point, n_repeat))
-        for place in np.unique(drawn):
-            noise, rows = self.noises[place], drawn == place
+        for index in np.unique(drawn):
+            noise, rows = self.noises[index], drawn == index
             left = noise.root @ own[:, 0]
             left -= noise.base @ (noise.base.T @ left)
             spread = _TO_DEVIATION * np.median(np.abs(left - np.median(left)))
@@ -287,8 +287,8 @@ class ChangePointModel:
         which, change = np.divmod(picked, shares.shape[1])
         n_free = self.n_point - self.base.shape[1] - is_changed
         base, growth, deviation = np.empty((n_draw, self.base.shape[1])), np.zeros(n_draw), np.empty(n_draw)
-        for place in np.unique(which):
-            rows, noise = np.flatnonzero(which == place), self.noises[place]
+        for index in np.unique(which):
+            rows, noise = np.flatnonzero(which == index), self.noises[index]
             whitened = noise.root @ own
             along, across = noise.base.T @ whitened, noise.across[:, change[rows]]
             left = whitened - noise.base @ along
@@ -313,10 +313,10 @@ def _between(time: Array) -> Array:
     """Instants between those of points, as far from each other as most points are, shape (n,)."""
     steps = np.diff(time)
     counts = np.maximum(np.round(comparable(steps / np.median(steps))), 1.0).astype(int)
-    places = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    found = np.repeat(time[:-1], counts) + (places + 0.5) * np.repeat(steps / counts, counts)
-    n_found = min(_MOST_ONSETS, found.size)
-    return np.asarray(found[np.linspace(0, found.size - 1, n_found).round().astype(int)])
+    steps_before = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    instants = np.repeat(time[:-1], counts) + (steps_before + 0.5) * np.repeat(steps / counts, counts)
+    n_found = min(_MOST_ONSETS, instants.size)
+    return np.asarray(instants[np.linspace(0, instants.size - 1, n_found).round().astype(int)])
 
 
 def inliers(values: ArrayLike) -> NDArray[np.bool_]:
@@ -328,9 +328,9 @@ def inliers(values: ArrayLike) -> NDArray[np.bool_]:
     own = np.asarray(values, dtype=float)
     n_near = 2 * AFTER - 1
     first = np.clip(np.arange(own.size) - AFTER + 1, 0, own.size - n_near)
-    places = first[:, None] + np.arange(n_near)
-    is_other = places != np.arange(own.size)[:, None]
-    others = np.sort(own[places][is_other].reshape(own.size, n_near - 1), axis=1)
+    neighbours = first[:, None] + np.arange(n_near)
+    is_other = neighbours != np.arange(own.size)[:, None]
+    others = np.sort(own[neighbours][is_other].reshape(own.size, n_near - 1), axis=1)
     # Distance from the two middle ones of six neighbours; negative between them.
     away = np.maximum(own - others[:, AFTER - 1], others[:, AFTER - 2] - own)
     steps = np.abs(np.diff(own))

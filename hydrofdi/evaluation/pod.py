@@ -84,9 +84,9 @@ class Tally:
         if self.severity.size <= n_level:
             return self
         twice = 2.0 * np.cumsum(self.total) - self.total  # of counts, so that the division is exact
-        places = np.minimum(twice * n_level // (2.0 * self.total.sum()), n_level - 1)
-        first = np.flatnonzero(np.diff(places, prepend=-1))
-        last = np.append(first[1:], places.size) - 1
+        level = np.minimum(twice * n_level // (2.0 * self.total.sum()), n_level - 1)
+        first = np.flatnonzero(np.diff(level, prepend=-1))
+        last = np.append(first[1:], level.size) - 1
         hits, total = (np.add.reduceat(counts, first).astype(float) for counts in (self.hits, self.total))
         return Tally(self.severity[last], hits, total)
 
@@ -107,9 +107,9 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
     is_known = ~np.isnan(values)
     if not is_known.any():
         raise NotStatedError("no faulty record has a score")
-    _, first, places = np.unique(comparable(levels[is_known]), return_index=True, return_inverse=True)
+    _, first, level_of = np.unique(comparable(levels[is_known]), return_index=True, return_inverse=True)
     hits, total = (
-        np.bincount(places, counts).astype(float) for counts in (values[is_known], is_known[is_known])
+        np.bincount(level_of, counts).astype(float) for counts in (values[is_known], is_known[is_known])
     )
     return Tally(levels[is_known][first], hits, total).pooled(MOST_SEVERITIES)
 
@@ -146,9 +146,9 @@ def last_shown(
     n_shown = int(np.cumprod(shown[::-1]).sum())
     if not n_shown:
         return DetectableSeverity("above", float(severity[-1]), probability, confidence, "levels")
-    place = severity.size - n_shown
-    where: Literal["within", "below"] = "within" if place else "below"
-    return DetectableSeverity(where, float(severity[place]), probability, confidence, "levels")
+    first = severity.size - n_shown
+    where: Literal["within", "below"] = "within" if first else "below"
+    return DetectableSeverity(where, float(severity[first]), probability, confidence, "levels")
 
 
 def interpolated_level(counted: Tally, *, probability: float = 0.9) -> DetectableSeverity:
@@ -188,9 +188,9 @@ class Axis:
         values = np.asarray(severity, dtype=float)
         return np.asarray(np.log10(values) if self.name == "log" else values / self.largest)
 
-    def severity(self, place: float) -> float:
+    def severity(self, x: float) -> float:
         """Severity at a place on the axis."""
-        return float(10.0**place) if self.name == "log" else place * self.largest
+        return float(10.0**x) if self.name == "log" else x * self.largest
 
 
 MOST_STEPS = 100
@@ -355,19 +355,19 @@ def probability_of_detection(
         raise ValueError(f"the false-alarm rate must be from 0 to 1; found {false_alarm_rate}")
     counted = tally(severity, outcomes)
     along = Axis(axis, counted.span[1])
-    places = along.place(counted.severity)
-    intercept, slope = _coefficients(places, counted, false_alarm_rate)
-    largest = log_likelihood(intercept + slope * places, counted, false_alarm_rate)
+    x = along.place(counted.severity)
+    intercept, slope = _coefficients(x, counted, false_alarm_rate)
+    largest = log_likelihood(intercept + slope * x, counted, false_alarm_rate)
     return PodCurve(counted, false_alarm_rate, intercept, slope, largest, along)
 
 
-def _coefficients(places: Array, counted: Tally, floor: float) -> tuple[float, float]:
+def _coefficients(x: Array, counted: Tally, floor: float) -> tuple[float, float]:
     """Intercept and slope; the slope is not negative."""
-    nothing, ones = np.zeros_like(places), np.ones_like(places)
-    if places.size > 1:
+    nothing, ones = np.zeros_like(x), np.ones_like(x)
+    if x.size > 1:
         # About the centre, level and slope hardly depend on each other.
-        centre = float(np.average(places, weights=counted.total))
-        level, slope = maximise(np.stack((ones, places - centre), axis=1), nothing, counted, floor)
+        centre = float(np.average(x, weights=counted.total))
+        level, slope = maximise(np.stack((ones, x - centre), axis=1), nothing, counted, floor)
         if slope > 1e-6:  # not 0, as the fit of a flat curve ends
             return float(level - slope * centre), float(slope)
     (level,) = maximise(ones[:, None], nothing, counted, floor)
@@ -414,9 +414,9 @@ def _cells(expected: Array, total: Array) -> np.ndarray:
     return np.minimum(cells, max(cell - 1, 0))
 
 
-def deficit(curve: PodCurve, place: float, rise: float) -> float:
+def deficit(curve: PodCurve, x: float, rise: float) -> float:
     """2 (ln L_max - ln L) of the best increasing curve whose predictor at `place` on the axis is `rise`."""
-    distance = curve.axis.place(curve.tally.severity) - place
+    distance = curve.axis.place(curve.tally.severity) - x
     offset = np.full_like(distance, rise)
     (slope,) = maximise(distance[:, None], offset, curve.tally, curve.false_alarm_rate, curve.slope)
     predictor = offset + max(float(slope), 0.0) * distance
@@ -455,14 +455,14 @@ def smallest_detectable(
     rise, first, last = curve.quantile_of_rise(probability), *curve.axis.place(curve.tally.span)
     if rise == -np.inf:
         return DetectableSeverity("below", curve.tally.span[0], probability, confidence)
-    place = _where(curve, rise)
-    if confidence is not None and place <= last:
-        place = _upper(curve, rise, max(place, first), last, quantile_of_chi_square(2.0 * confidence - 1.0))
-    if place > last:
+    x = _where(curve, rise)
+    if confidence is not None and x <= last:
+        x = _upper(curve, rise, max(x, first), last, quantile_of_chi_square(2.0 * confidence - 1.0))
+    if x > last:
         return DetectableSeverity("above", curve.tally.span[1], probability, confidence)
-    if place <= first:
+    if x <= first:
         return DetectableSeverity("below", curve.tally.span[0], probability, confidence)
-    return DetectableSeverity("within", curve.axis.severity(float(place)), probability, confidence)
+    return DetectableSeverity("within", curve.axis.severity(float(x)), probability, confidence)
 
 
 def _where(curve: PodCurve, rise: float) -> float:
@@ -480,7 +480,7 @@ def _upper(curve: PodCurve, rise: float, start: float, last: float, drop: float)
         return np.inf
     if deficit(curve, start, rise) >= drop:
         return start
-    return float(brentq(lambda place: deficit(curve, place, rise) - drop, start, last, xtol=1e-7))
+    return float(brentq(lambda x: deficit(curve, x, rise) - drop, start, last, xtol=1e-7))
 
 
 INNER = (0.05, 0.95)
@@ -556,10 +556,10 @@ def quantiles_and_draws(
     n_space = ordered.size + 1
     # Spacings of the probabilities are the parameters of the distribution; they need not be whole.
     distances = n_space * np.diff([0.0, *probabilities, 1.0])
-    places = np.cumsum(generator.dirichlet(distances, N_DRAW), axis=1)[:, :-1]
+    drawn = np.cumsum(generator.dirichlet(distances, N_DRAW), axis=1)[:, :-1]
     # Expected probabilities of the order statistics.
     at = np.arange(1, n_space) / n_space
-    return np.interp(probabilities, at, ordered), np.interp(places, at, ordered)
+    return np.interp(probabilities, at, ordered), np.interp(drawn, at, ordered)
 
 
 @dataclass(frozen=True)
@@ -607,9 +607,11 @@ class Response:
         if len(faulty) < 2:
             raise NotStatedError("an equivalent fault needs at least two tested severities")
         draw = np.random.default_rng(0)
-        found = [quantiles_and_draws(np.asarray(own, dtype=float), [0.5], draw) for own in (healthy, *faulty)]
-        shifts = np.array([float(median[0]) for median, _ in found])[1:] - found[0][0]
-        drawn = found[-1][1] - found[0][1]
+        medians = [
+            quantiles_and_draws(np.asarray(own, dtype=float), [0.5], draw) for own in (healthy, *faulty)
+        ]
+        shifts = np.array([float(median[0]) for median, _ in medians])[1:] - medians[0][0]
+        drawn = medians[-1][1] - medians[0][1]
         ends = np.quantile(drawn, [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
         if ends[0] <= 0.0 <= ends[1]:
             raise NotStatedError("the severest fault does not change the median of the score")

@@ -170,11 +170,11 @@ def alarm_rate(outcomes: ArrayLike, *, groups: Sequence[str] | None = None, conf
 def _effective_number(outcomes: Array, groups: np.ndarray, confidence: float) -> tuple[float, int]:
     from scipy.special import stdtrit
 
-    _, places = np.unique(groups, return_inverse=True)
-    sizes, total, share = np.bincount(places), outcomes.size, float(outcomes.mean())
+    _, group_of = np.unique(groups, return_inverse=True)
+    sizes, total, share = np.bincount(group_of), outcomes.size, float(outcomes.mean())
     n_group = sizes.size
     # Sums over groups, not means: the rate is a ratio of totals, and groups may differ in size.
-    departures = np.bincount(places, outcomes) - share * sizes
+    departures = np.bincount(group_of, outcomes) - share * sizes
     if n_group == 1 or share in (0.0, 1.0):
         return float(n_group), n_group
     variance = n_group / (n_group - 1) * float(np.sum(departures**2)) / total**2
@@ -379,11 +379,11 @@ def clustered_area(
     from scipy.special import expit, logit, stdtrit
 
     area = area_under_curve(healthy, faulty, confidence=confidence)
-    below, above, places, n_group = _of_groups(healthy, faulty, healthy_groups, faulty_groups, MANY_GROUPS)
+    below, above, group_of, n_group = _of_groups(healthy, faulty, healthy_groups, faulty_groups, MANY_GROUPS)
     components = placements(below, above)
     # Both kinds of a group add up before they are squared, so that their dependence counts.
     departures = np.concatenate([(own - area.value) / own.size for own in components])
-    sums = np.bincount(places, departures)
+    sums = np.bincount(group_of, departures)
     deviation = math.sqrt(n_group / (n_group - 1) * float(np.sum(sums**2)))
     if deviation < 1e-12:
         return area
@@ -417,9 +417,11 @@ def grouped_area(
     healthy, faulty : array_like, shape (n_record,)
     """
     area = area_under_curve(healthy, faulty, confidence=confidence)
-    below, above, places, n_group = _of_groups(healthy, faulty, healthy_groups, faulty_groups, FEWEST_GROUPS)
+    below, above, group_of, n_group = _of_groups(
+        healthy, faulty, healthy_groups, faulty_groups, FEWEST_GROUPS
+    )
     order = np.argsort(above)
-    above, mine, theirs = above[order], places[: below.size], places[below.size :][order]
+    above, mine, theirs = above[order], group_of[: below.size], group_of[below.size :][order]
     sizes, others = np.bincount(mine, minlength=n_group), np.bincount(theirs, minlength=n_group)
     wins = np.zeros((n_group, n_group))
     for group in np.flatnonzero(sizes):
@@ -446,10 +448,10 @@ def _of_groups(
     (below, mine), (above, theirs) = (
         (own[~np.isnan(own)], np.asarray(names)[~np.isnan(own)]) for own, names in pairs
     )
-    _, places = np.unique(np.concatenate((mine, theirs)), return_inverse=True)
-    if (n_group := int(places.max()) + 1) < fewest:
+    _, group_of = np.unique(np.concatenate((mine, theirs)), return_inverse=True)
+    if (n_group := int(group_of.max()) + 1) < fewest:
         raise NotStatedError(f"an interval over groups needs {fewest} groups, not {n_group}")
-    return below, above, places, n_group
+    return below, above, group_of, n_group
 
 
 def _percentiles(values: Array, n_group: int, confidence: float) -> tuple[float, float]:

@@ -223,9 +223,9 @@ def fit_generalised_pareto(excesses: Array) -> GeneralisedPareto:
     n = excesses.shape[-1]
     n_grid = 20 + int(np.sqrt(n))
     quartile = excesses[..., int(n / 4.0 + 0.5) - 1]
-    places = 1.0 - np.sqrt(n_grid / (np.arange(1, n_grid + 1) - 0.5))
+    nodes = 1.0 - np.sqrt(n_grid / (np.arange(1, n_grid + 1) - 0.5))
     # Trials of −ξ/σ, all below 1 over the largest excess, so that no logarithm is of a negative number.
-    ratios = 1.0 / excesses[..., -1, None] + places / (3.0 * quartile[..., None])
+    ratios = 1.0 / excesses[..., -1, None] + nodes / (3.0 * quartile[..., None])
     shapes = np.stack([_shape_at(ratio, excesses) for ratio in np.moveaxis(ratios, -1, 0)], axis=-1)
     likelihood = n * (np.log(-ratios / shapes) - shapes - 1.0)
     # Over the largest likelihood, so that none overflows.

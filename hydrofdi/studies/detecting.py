@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -17,13 +18,14 @@ from hydrofdi.detectors.charts import AlarmLimit, Chart, FalseAlarms, delays
 from hydrofdi.detectors.rules import CHANGE, Rules, make_chart
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.detectors.trained.configuration import stated_indicators
-from hydrofdi.errors import NotStatedError, ReportError
+from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_confidence
-from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
+from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable
 from hydrofdi.indicators.contract import RecursiveIndicator
+from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW
+from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, MISSING, STATUS
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import needed_channels, read_study, within
 from hydrofdi.studies.records import (
@@ -33,6 +35,7 @@ from hydrofdi.studies.records import (
     LeakDelay,
     Scored,
     StudyRecords,
+    found_from,
     pareto_set,
     ranked,
 )
@@ -92,10 +95,8 @@ def winner(detection: Detection, sensors: Collection[str] = ()) -> Judgement | N
     Changes since an earlier record cannot be trained: a detector judges each record by itself.
     """
     for judgement in detection.judgements:
-        scored = judgement.scored
-        names = [scored.name] if scored.made_by is None else [*scored.made_by.of, *scored.made_by.by]
-        is_change = any(name.endswith(CHANGE) for name in names)
-        if judgement.keeps_its_rate and within(scored, sensors) and not is_change:
+        is_change = any(name.endswith(CHANGE) for name in judgement.scored.numbers)
+        if judgement.keeps_its_rate and within(judgement.scored, sensors) and not is_change:
             return judgement
     return None
 
@@ -115,8 +116,7 @@ def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules:
         label, _, output = scored.name.partition(".")
         options = made[label].options.model_dump(mode="json")
         return settings | {"indicator": made[label].name, "options": options, "output": output}
-    names = [*scored.made_by.of, *scored.made_by.by]
-    used = dict.fromkeys(name.partition(".")[0] for name in names)
+    used = dict.fromkeys(name.partition(".")[0] for name in scored.numbers)
     indicators = stated_indicators({label: made[label] for label in used}, in_full=True)
     return settings | {"indicators": indicators, "score": scored.made_by.model_dump(mode="json")}
 
@@ -218,11 +218,11 @@ def judge_chart(
         except NotStatedError as refusal:
             yield replace(each, refusals=(str(refusal),))
             continue
-        found, refusals = dict[Population, AlarmLimit](), []
+        false_alarms, refusals = dict[Population, AlarmLimit](), []
         for population in (tested for kind in _SOUND for tested in records.chosen(kind, is_fit=False)):
             try:
                 of = FalseAlarms(chart, scores[records.rows(population)], traces.interval)
-                found[population] = of.at(limit.value, confidence=confidence)
+                false_alarms[population] = of.at(limit.value, confidence=confidence)
             except NotStatedError as refusal:
                 refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
         yield replace(
@@ -230,7 +230,7 @@ def judge_chart(
             centre=centre,
             spread=spread,
             limit=limit,
-            false_alarms=found,
+            false_alarms=false_alarms,
             delays=tuple(_delays(traces, scores, chart, limit, rules)),
             refusals=tuple(refusals),
         )
@@ -246,17 +246,17 @@ def _delays(
         if not rows.size:
             continue
         onset = traces.onset[rows]
-        found = delays(chart, limit.value, scores[rows], traces.time, onset)
+        of_leaks = delays(chart, limit.value, scores[rows], traces.time, onset)
         yield LeakDelay(
             population,
             float(np.mean(traces.flow[rows])),
-            int(np.isfinite(found.values).sum()),
+            int(np.isfinite(of_leaks.values).sum()),
             rows.size,
-            int(found.n_early.sum()),
-            found.not_measurable,
+            int(of_leaks.n_early.sum()),
+            of_leaks.not_measurable,
             float(traces.time[-1] - onset.max()),
-            found.quantile(0.5, confidence=rules.confidence),
-            found.quantile(rules.probability, confidence=rules.confidence),
+            of_leaks.quantile(0.5, confidence=rules.confidence),
+            of_leaks.quantile(rules.probability, confidence=rules.confidence),
         )
 
 
@@ -324,7 +324,7 @@ def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
     }
     if is_constant and (faults := records.chosen(Kind.FAULT, is_fit=False)):
         populations[FAULTS] = np.sort(np.concatenate([*map(records.rows, faults)]))
-    found, without = [], []
+    lines, without = [], []
     for name in data.columns:
         label, _, quantity = name.rpartition(".")
         has_truth = quantity == "internal_coefficient" or data.experiment.fluid.is_constant
@@ -337,11 +337,11 @@ def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
         truth, estimate, deviation = (np.asarray(own[records.runs], dtype=float) for own in columns)
         scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
         error, deviation = (estimate - truth) / scale, deviation / scale
-        found += [
+        lines += [
             _row(label, quantity, population, error[rows], deviation[rows], confidence)
             for population, rows in populations.items()
         ]
-    return Estimates(tuple(found), confidence, is_constant, tuple(without))
+    return Estimates(tuple(lines), confidence, is_constant, tuple(without))
 
 
 def _row(
@@ -373,3 +373,59 @@ def _row(
         "covered_low": covered.low,
         "covered_high": covered.high,
     }
+
+
+_log = logging.getLogger(__name__)
+
+
+_MOST_NAMED = 5
+
+
+def winner_settings(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
+    """Settings of the winner of a study that needs no more than these sensors; all if none are named."""
+    missing = int((stored.columns[STATUS].astype(str) == MISSING).sum())
+    if missing:
+        raise ReportError(
+            f"{stored.path}: {counted(missing, 'run')} missing; sweep again to compute the rest"
+        )
+    try:
+        channels = [Channel(name.strip()) for each in sensors for name in each.split(",")]
+    except ValueError as error:
+        known = ", ".join(channel.symbol for channel in Channel)
+        raise ConfigError(f"sensors: {error}; known are {known}") from None
+    detection = judge_study(stored)[0]
+    best = winner(detection, channels)
+    with_these = f" with {', '.join(each.symbol for each in channels)}" if channels else ""
+    if channels and not any(within(each.scored, channels) for each in detection.judgements):
+        raise ConfigError(f"sensors: the study has no score{with_these} alone")
+    if best is None:
+        rules = detection.rules
+        n_fit, n_test = rules.records_for_threshold(Direction.BOTH), rules.records_for_false_alarms
+        raise NotStatedError(
+            f"{stored.path}: no score{with_these} is known to keep its false-alarm rate; to know it takes"
+            f" study.healthy: {{fit: {n_fit}, test: {n_test}, shift: {n_test}}} or more, and to keep it a"
+            " study.population that includes the shifts that are normal",
+            n_test,
+        )
+    better = [
+        each.scored.name
+        for each in detection.judgements
+        if each.keeps_its_rate is None
+        and comparable(found_from(each)) < comparable(found_from(best))
+        and within(each.scored, channels)
+    ]
+    if better:
+        _log.warning(
+            f"{best.scored.name} is the best score known to keep its false-alarm rate; undecided, as too few"
+            f" records test it, but better: {', '.join(better[:_MOST_NAMED])}"
+        )
+    if not found_from(best) < math.inf:
+        _log.warning(f"{best.scored.name} finds none of the tested leaks nine times in ten")
+    study = stored.experiment.study
+    is_drawn = study is not None and "wavelet.phase" in study.population.per_record
+    if is_drawn and any(number.startswith("dwt.") for number in best.scored.numbers):
+        _log.warning(
+            f"{best.scored.name}: the study draws the start phase of the wavelet, windows of a detector all"
+            " start at one, so its rates may differ; wavelet: {phase: 0} in the study makes them equal"
+        )
+    return detector_settings(stored.experiment, best, detection.rules)

@@ -1,8 +1,8 @@
-"""The healthy records of any sources; what is not known to be healthy is left out and counted."""
+"""The healthy records of any sources, and what studies and training leave out of them, counted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,9 +13,11 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.runs import study_roles
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Kind
+from hydrofdi.indicators.measuring import Counted, RecordMeasures
 from hydrofdi.records import RecordBatch, RecordSource
-from hydrofdi.records.copies import Copies, sketch_of
+from hydrofdi.records.copies import Copies, pairs, sketch_of
 from hydrofdi.records.source import MeasuredSource
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.results import external_coefficients
 from hydrofdi.studies.reading import WHICH, require_labels, stored_roles
@@ -76,10 +78,10 @@ class HealthyRecords:
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """Healthy records."""
-        self.n_taken, self.left_out, found = 0, LeftOut(), set[str]()
+        self.n_taken, self.left_out, labels_seen = 0, LeftOut(), set[str]()
         copies, names = Copies(), list[str]()
         for source in self.sources:
-            for batch in self._of_source(source, found):
+            for batch in self._of_source(source, labels_seen):
                 self.left_out.n_rejected += len(batch.rejected)
                 for each in batch.rejected[:1]:
                     first = f"{each.record_id}: {each.remark.message}"
@@ -88,13 +90,13 @@ class HealthyRecords:
                 self.n_taken += distinct.n_record
                 if distinct.n_record:
                     yield distinct if labels else replace(distinct, labels=None)
-        require_labels((("healthy", label) for label in self.healthy), found)
+        require_labels((("healthy", label) for label in self.healthy), labels_seen)
 
-    def _of_source(self, source: RecordSource, found: set[str]) -> Iterator[RecordBatch]:
+    def _of_source(self, source: RecordSource, labels_seen: set[str]) -> Iterator[RecordBatch]:
         experiment = experiment_of(source)
         if experiment is None:
             for batch in source.batches(labels=True):
-                found |= set(batch.labels or ())
+                labels_seen |= set(batch.labels or ())
                 yield self._healthy(source, batch)
             return
         runs: Any = source
@@ -190,3 +192,52 @@ def analysed_batches(source: RecordSource, *, labels: bool = False) -> Iterator[
 
 def _is_labelled(source: RecordSource) -> bool:
     return source.is_labelled if isinstance(source, MeasuredSource) else True
+
+
+@dataclass
+class Left(Counted):
+    """Records that are not evaluated: also repeats of another, and those without a label."""
+
+    n_repeated: int = 0
+    n_unlabelled: int = 0
+    repeats: list[str] = field(default_factory=list)
+    labels: set[str] = field(default_factory=set)
+    _copies: Copies = field(default_factory=Copies)
+    _firsts: list[RecordMeasures] = field(default_factory=list)
+
+    def count(self, records: Iterable[RecordMeasures]) -> Iterator[RecordMeasures]:
+        """The records as they come, without those that repeat the samples of another."""
+        for record in super().count(records):
+            self.labels |= {record.label} - {""}
+            if record.has_numbers and self._is_repeat(record):
+                continue
+            self.n_unlabelled += not (record.is_rejected or record.label)
+            yield replace(record, sketch=None)
+
+    def sentences(self) -> Iterator[str]:
+        """Faulty indicators, and records that are left out."""
+        yield from super().sentences()
+        of = f"of {counted(self.n_record, 'record')}"
+        if self.n_repeated:
+            yield f"left out: {self.n_repeated:,} {of} have the samples of another: {pairs(self.repeats)}"
+        if self.n_unlabelled:
+            yield f"without a label, left out: {self.n_unlabelled:,} {of}"
+
+    def _is_repeat(self, record: RecordMeasures) -> bool:
+        if record.sketch is None:
+            return False
+        number = self._copies.find(record.sketch)
+        if number is None:
+            self._firsts.append(replace(record, values={}))
+            return False
+        first = self._firsts[number]
+        if record.label and first.label and record.label != first.label:
+            if first.sketch is None or record.sketch.digest != first.sketch.digest:
+                return False  # a fault may have been made of a healthy record
+            raise ConfigError(
+                f"{first.record_id} ({first.label}) and {record.record_id} ({record.label}) have the same"
+                " samples; one of the labels is wrong"
+            )
+        self.n_repeated += 1
+        self.repeats.append(f"{record.record_id} repeats {first.record_id}")
+        return True

@@ -16,6 +16,7 @@ from hydrofdi.evaluation import pod, rates
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, suspicion
 from hydrofdi.evaluation.threshold import Threshold, records_needed
 from hydrofdi.studies.records import (
+    SIGNIFICANCE,
     Judgement,
     Level,
     Notes,
@@ -69,9 +70,9 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
         )
         for population, own in faulty.items()
     )
-    found: dict[str, Any] = {}
+    detected: dict[str, Any] = {}
     if stated is not None and floor is not None and faulty:
-        found = detectability(list(faulty.values()), stated, floor, rules, case.notes, n_tried)
+        detected = detectability(list(faulty.values()), stated, floor, rules, case.notes, n_tried)
     case.remark_missing(faulty)
     case.remark_equal(fit)
     return Judgement(
@@ -84,7 +85,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
         healthy_pairs=case.healthy_pairs(fit, direction),
         refusals=tuple(dict.fromkeys(case.notes.refusals)),
         remarks=tuple(dict.fromkeys(case.notes.remarks)),
-        **found,
+        **detected,
     )
 
 
@@ -194,10 +195,10 @@ class _Case:
 
     def remark_equal(self, fit: Part) -> None:
         """Add a remark if records look like one record counted several times."""
-        found = fit.scores[~np.isnan(fit.scores)]
-        if found.size > 1 and np.all(found == found[0]):
+        known = fit.scores[~np.isnan(fit.scores)]
+        if known.size > 1 and np.all(known == known[0]):
             self.notes.remarks.append(
-                f"all {found.size} healthy fit records have the same score: rates and intervals hold for"
+                f"all {known.size} healthy fit records have the same score: rates and intervals hold for"
                 " independent records, and these may be one record"
             )
 
@@ -221,10 +222,6 @@ def _counted(
     detected = {level.population: level.detected for level in levels if level.detected is not None}
     parts = ((false_alarms, rules.records_for_false_alarms), (detected, rules.records_for_detection))
     return {each: needed for of, needed in parts for each, rate in of.items() if rate.total < needed}
-
-
-SIGNIFICANCE = 0.05
-"""Significance level of the goodness-of-fit test: a curve with a smaller p-value is not used."""
 
 
 def detectability(
@@ -254,13 +251,13 @@ def detectability(
         notes.refusals.append(f"{why}: there is no probability of detection")
         return {}
     tested = TestedLevels(known, threshold)
-    curves = _curves(tested, tested.outcomes, floor)
+    curves = tested.curves(tested.outcomes, floor)
     fit = pod.lack_of_fit(curves[0])
     is_described = not fit < SIGNIFICANCE
     has_curve = is_described and tested.lie_on_the_rise(curves[0])
     used: Sequence[pod.PodCurve] = ()
     if is_described and all(level.groups is None for level in known):
-        used = curves if has_curve else _with_one_miss_more(curves[0], tested)
+        used = curves if has_curve else tested.curves_with_one_miss_more(floor)
     smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes, n_tried)
     if not has_curve:
         why = "fewer than two tested levels lie on the slope of the curve of detection"
@@ -269,16 +266,6 @@ def detectability(
         notes.remarks.append(f"{why}: severities come from tested levels, or a curve with one more miss")
     bounding = tuple(_plausible(used, rules.confidence))
     return {"curve": curves[0], "lack_of_fit": fit, "smallest": smallest, "bounding": bounding}
-
-
-def _curves(tested: TestedLevels, outcomes: Array, floor: float) -> list[pod.PodCurve]:
-    """Curves on both axes, the more likely first; two levels have the same likelihood on both."""
-    axes: tuple[pod.AxisName, ...] = ("log", "linear")
-    curves = [
-        pod.probability_of_detection(tested.severity, outcomes, false_alarm_rate=floor, axis=axis)
-        for axis in axes
-    ]
-    return curves if curves[0].log_likelihood >= curves[1].log_likelihood - 1e-6 else curves[::-1]
 
 
 def _with_severity(level: Part) -> Part:
@@ -322,19 +309,6 @@ def _estimates(
         else pod.smallest_detectable(curve, probability=probability, confidence=None)
         for name, probability in (("q50", 0.5), ("q90", rules.probability))
     }
-
-
-def _with_one_miss_more(curve: pod.PodCurve, tested: TestedLevels) -> Sequence[pod.PodCurve]:
-    """Curves fitted with one detection fewer; none if these have no slope either.
-
-    More hits never worsen a bound, so the bound of these curves is valid.
-    """
-    outcomes = tested.with_one_miss_more()
-    if outcomes is None:
-        return ()
-    curves = _curves(tested, outcomes, curve.false_alarm_rate)
-    is_described = not pod.lack_of_fit(curves[0]) < SIGNIFICANCE
-    return curves if is_described and tested.lie_on_the_rise(curves[0]) else ()
 
 
 def _bound(

@@ -234,10 +234,10 @@ def made_scores(
         for names in combined:
             numbers = [known[name] for name in names]
             name = label if len(combined) == 1 else f"{label}.{names[0]}"
-            found = _made(records, name, score, numbers, tested_teach)
+            made = _made(records, name, score, numbers, tested_teach)
             if config.kind == "compensated":
-                found = replace(found, unit=numbers[0].unit, direction=numbers[0].direction)
-            yield replace(found, made_by=config.model_copy(update={"of": names[:1]}) if config.by else config)
+                made = replace(made, unit=numbers[0].unit, direction=numbers[0].direction)
+            yield replace(made, made_by=config.model_copy(update={"of": names[:1]}) if config.by else config)
 
 
 def _made(
@@ -251,8 +251,8 @@ def _made(
     is_fit |= is_shared & is_faulty
     learning = is_fit & (score.needs_faulty | ~is_faulty)
     values = np.stack([each.values for each in numbers], axis=1)
-    places = known_numbers(values[learning])
-    kept = [numbers[place] for place in places]
+    known = known_numbers(values[learning])
+    kept = [numbers[index] for index in known]
     left_out = [
         f"{each.name} is left out: too many fit records lack it." for each in numbers if each not in kept
     ]
@@ -260,7 +260,7 @@ def _made(
     try:
         if is_shared:
             _refuse_few_groups(score.name, records.groups, is_faulty, is_fit)
-        scores = cross_fitted_scores(score, values[:, places], is_faulty, records.groups, is_fit=is_fit)
+        scores = cross_fitted_scores(score, values[:, known], is_faulty, records.groups, is_fit=is_fit)
     except NotStatedError as refusal:
         scores, notes = np.full(is_fit.size, np.nan), [f"{refusal}.", *left_out]
     used = {channel for each in kept for channel in each.channels}
@@ -356,18 +356,18 @@ def measured_study(
         Label → severity of the fault [m³/s], if known.
     """
     labelled = [record for record in measured if record.label and not record.is_rejected]
-    found = dict.fromkeys(record.label for record in labelled)
-    if not found:
+    labels = dict.fromkeys(record.label for record in labelled)
+    if not labels:
         raise ConfigError("no record has a label; set 'label:' in the description")
     if not healthy:
-        raise ConfigError(f"{WHICH}; found {', '.join(map(repr, sorted(found)[:10]))}")
-    require_labels((("healthy", label) for label in healthy), found)
+        raise ConfigError(f"{WHICH}; found {', '.join(map(repr, sorted(labels)[:10]))}")
+    require_labels((("healthy", label) for label in healthy), labels)
     is_healthy = np.array([record.label in healthy for record in labelled])
     groups = _groups(labelled)
     has_groups = groups is not None and len({groups[row] for row in np.flatnonzero(is_healthy)}) > 1
     faults = {
         label: Population(label, Kind.FAULT, severity=severity.get(label, 0.0))
-        for label in found
+        for label in labels
         if label not in healthy
     }
     fit = Population("healthy" if has_groups else "healthy (fit)", Kind.HEALTHY, is_fit=True)
@@ -390,14 +390,14 @@ def measured_study(
 WHICH = "which records are healthy? State it: --healthy LABEL, or 'healthy: [LABEL]' in the description"
 
 
-def require_labels(stated: Iterable[tuple[str, str]], found: Collection[str]) -> None:
+def require_labels(stated: Iterable[tuple[str, str]], labels: Collection[str]) -> None:
     """Check that records have every label that is stated."""
-    known = sorted({*found} - {""})
+    known = sorted({*labels} - {""})
     names = ", ".join(map(repr, known[:10])) or "none"
     mistakes = [
         Issue(f"no record has the label {label!r}; found {names}{similar(label, known)}", key)
         for key, label in stated
-        if label not in found
+        if label not in labels
     ]
     if mistakes:
         raise ConfigError(mistakes)

@@ -55,6 +55,11 @@ class Scored:
     indicator: str = ""
     made_by: ScoreConfig | None = None
 
+    @property
+    def numbers(self) -> list[str]:
+        """Names of the numbers that it combines; its own if it is one."""
+        return [self.name] if self.made_by is None else [*self.made_by.of, *self.made_by.by]
+
 
 @dataclass(frozen=True, eq=False)
 class StudyRecords:
@@ -310,12 +315,12 @@ class ChartJudgement:
 
         None if its records are not watched, or not long enough.
         """
-        found = self.false_alarms.get(population)
-        if found is None:
+        tested = self.false_alarms.get(population)
+        if tested is None:
             return None
-        if found.high < self.false_alarm_every:
+        if tested.high < self.false_alarm_every:
             return False
-        return True if found.duration >= time_needed(self.false_alarm_every, found.confidence) else None
+        return True if tested.duration >= time_needed(self.false_alarm_every, tested.confidence) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,11 +365,11 @@ def ranked(judgements: Sequence[Judgement], *, is_labelled: bool = False) -> tup
 
 
 def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
-    area, found = judgement.middle_area, comparable(found_from(judgement))
+    area, smallest = judgement.middle_area, comparable(found_from(judgement))
     suspicion = 0.0 if math.isnan(area) else comparable(area)
-    second = float(len(judgement.scored.channels)) if math.isfinite(found) else -_largest_rate(judgement)
+    second = float(len(judgement.scored.channels)) if math.isfinite(smallest) else -_largest_rate(judgement)
     kept = _RANK_BY_RATE[judgement.keeps_its_rate]
-    return kept, found, second, -suspicion, judgement.scored.name
+    return kept, smallest, second, -suspicion, judgement.scored.name
 
 
 def _place_by_control(judgement: Judgement) -> tuple[bool, bool, float, float, float, str]:
@@ -405,9 +410,9 @@ def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
     ]
     return frozenset(
         name
-        for name, channels, found in able
+        for name, channels, smallest in able
         if not any(
-            others <= channels and other <= found and (others < channels or other < found)
+            others <= channels and other <= smallest and (others < channels or other < smallest)
             for _, others, other in able
         )
     )
@@ -450,6 +455,10 @@ def part(records: StudyRecords, scored: Scored, populations: Collection[Populati
     rows = rows[np.lexsort((records.severity[rows], scored.values[rows]))]
     groups = None if records.groups is None else [records.groups[row] for row in rows.tolist()]
     return Part(scored.values[rows], records.severity[rows], groups)
+
+
+SIGNIFICANCE = 0.05
+"""Significance level of the goodness-of-fit test: a curve with a smaller p-value is not used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -501,18 +510,30 @@ class TestedLevels:
             count += (1 + bool(comparable(span) >= 2.0)) * (0.01 < round(rise, 6) < 0.99)
         return count >= 2
 
-    def with_one_miss_more(self) -> Array | None:
-        """Outcomes with one miss added in the smallest level that is always detected.
+    def curves(self, outcomes: Array, floor: float) -> list[pod.PodCurve]:
+        """Curves on both axes, the more likely first; two levels have the same likelihood on both."""
+        axes: tuple[pod.AxisName, ...] = ("log", "linear")
+        log, linear = (
+            pod.probability_of_detection(self.severity, outcomes, false_alarm_rate=floor, axis=axis)
+            for axis in axes
+        )
+        return [log, linear] if log.log_likelihood >= linear.log_likelihood - 1e-6 else [linear, log]
 
-        The miss is at the largest severity of the level. None if no level is always detected.
+    def curves_with_one_miss_more(self, floor: float) -> list[pod.PodCurve]:
+        """Curves fitted with one detection fewer; none if these have no slope either.
+
+        It is the one at the largest severity of the smallest level that is always detected. More hits never
+        worsen a bound, so the bound of these curves is valid.
         """
         outcomes, first = self.outcomes.copy(), 0
-        for level, hits, total in zip(self.levels, self.tally.hits, self.tally.total, strict=True):
-            if hits == total:
+        for level, misses in zip(self.levels, self.tally.misses, strict=True):
+            if not misses:
                 outcomes[first + int(np.argmax(level.severity))] = 0.0
-                return outcomes
+                curves = self.curves(outcomes, floor)
+                is_described = not pod.lack_of_fit(curves[0]) < SIGNIFICANCE
+                return curves if is_described and self.lie_on_the_rise(curves[0]) else []
             first += level.severity.size
-        return None
+        return []
 
     def bound(self, probability: float, confidence: float) -> pod.DetectableSeverity:
         """Last level whose one-sided limit of the detection rate meets a probability."""
@@ -589,14 +610,14 @@ def nuisances_of(
         response = notes.unless_refused(
             lambda: pod.Response(healthy, scores, severity, confidence=confidence)
         )
-    found = []
+    nuisances = []
     for name, values in own.items():
         spread = notes.unless_refused(partial(pod.relative_spread, values, healthy, confidence=confidence))
         imitated = None
         if response is not None:
             imitated = notes.unless_refused(partial(response.imitated, values, own[NOTHING]))
-        found.append(Nuisance(name, spread, imitated))
-    return found, [*dict.fromkeys(notes.refusals)]
+        nuisances.append(Nuisance(name, spread, imitated))
+    return nuisances, [*dict.fromkeys(notes.refusals)]
 
 
 def _severity(records: StudyRecords, population: Population) -> float:

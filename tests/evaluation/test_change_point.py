@@ -5,6 +5,7 @@ import pytest
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation import change_point
+from hydrofdi.evaluation.scores import Estimate
 from tests.evaluation import wear
 from tests.evaluation.repeats import holds_at_least, holds_in
 
@@ -37,8 +38,7 @@ def test_onset_and_limit_lie_in_their_intervals(model, law):
         truth = wear.worn(seed, N_DAY, law, "AR(1) 0.5")
         draws = model.draws(truth.scores, 1000)
         onset, reached = (
-            change_point.Estimate.of(each, 0.9, draws.spacing)
-            for each in (draws.onset, draws.reached(truth.limit))
+            Estimate.of(each, 0.9, draws.spacing) for each in (draws.onset, draws.reached(truth.limit))
         )
         n_onset += onset.low <= truth.onset <= onset.high
         n_limit += reached.low <= truth.reached <= reached.high
@@ -60,7 +60,7 @@ def test_a_jump_in_a_gap_may_be_anywhere_between_the_points_around_it():
         if model.p_value(scores[kept], 199) > 0.01:
             continue
         draws = model.draws(scores[kept], 1000)
-        onset = change_point.Estimate.of(draws.onset, 0.95, draws.spacing)
+        onset = Estimate.of(draws.onset, 0.95, draws.spacing)
         n_found += 1
         n_onset += onset.low <= truth.onset <= onset.high
         widths.append(onset.high - onset.low)
@@ -84,7 +84,7 @@ def test_intervals_are_no_wider_than_they_need_to_be(model):
     for seed in range(100):
         truth = wear.worn(seed, N_DAY, "sudden", "AR(1) 0.5")
         growth = truth.limit / (0.5 if np.isfinite(truth.reached) else 1.5)
-        found = change_point.Estimate.of(model.draws(truth.scores, 1000).growth, 0.8)
+        found = Estimate.of(model.draws(truth.scores, 1000).growth, 0.8)
         covered += found.low <= growth <= found.high
     assert holds_in(covered, 100, 0.8)
 
@@ -131,7 +131,7 @@ def test_a_covariate_is_taken_out():
     scores = 0.5 * warm + 0.3 * random.standard_normal(N_DAY)
     with_warm = change_point.ChangePointModel(DAYS, warm)
     assert with_warm.p_value(scores, 199) > 0.05
-    slope = change_point.Estimate.of(with_warm.draws(scores, is_changed=False).slopes[:, 0], 0.99)
+    slope = Estimate.of(with_warm.draws(scores, is_changed=False).slopes[:, 0], 0.99)
     assert slope.low < 0.5 < slope.high
     assert slope.high - slope.low < 0.15
 

@@ -91,7 +91,7 @@ def test_every_kind_of_score_is_trained_and_run_with_the_numbers_of_the_study(
 def test_the_command_that_the_report_names_trains_the_winner(study, data, detection, monkeypatch):
     (told,) = DetectionReport("ranked", data.path, (detection,), data)._training.paragraphs
     arguments = told.replace(str(study) + "/", "").partition("hydrofdi ")[2].split()
-    monkeypatch.setattr("hydrofdi.studies.winner.judge_study", lambda _: (detection,))
+    monkeypatch.setattr("hydrofdi.studies.detecting.judge_study", lambda _: (detection,))
     run(*arguments, cwd=study, check=0)
     detector = hydrofdi.Detector.load(study / "detector.json")
     best = winner(detection)
@@ -113,7 +113,7 @@ def test_the_command_that_the_report_names_trains_the_winner(study, data, detect
 
 def test_without_a_winner_the_healthy_records_that_are_needed_are_named(study, detection, monkeypatch):
     none = replace(detection, judgements=())
-    monkeypatch.setattr("hydrofdi.studies.winner.judge_study", lambda _: (none,))
+    monkeypatch.setattr("hydrofdi.studies.detecting.judge_study", lambda _: (none,))
     with pytest.raises(NotStatedError) as refusal:
         hydrofdi.train(study / "results", best=True)
     assert refusal.value.records_needed == detection.rules.records_for_false_alarms
@@ -127,7 +127,7 @@ def test_a_better_score_that_is_undecided_is_named(study, detection, monkeypatch
     better = replace(better, counted={tested: 99})
     assert better.keeps_its_rate is None
     more = replace(detection, judgements=(*detection.judgements, better))
-    monkeypatch.setattr("hydrofdi.studies.winner.judge_study", lambda _: (more,))
+    monkeypatch.setattr("hydrofdi.studies.detecting.judge_study", lambda _: (more,))
     for judgements, n_said in ((more.judgements, 1), (detection.judgements, 0)):
         more = replace(more, judgements=judgements)
         caplog.clear()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import Any, ClassVar, TypeVar, cast, get_args, get_type_hints
 
 import numpy as np
@@ -141,10 +141,9 @@ Made = TypeVar("Made")
 
 def plain_data(rule: Any) -> dict[str, Any]:
     """A dataclass of arrays, numbers and such dataclasses as plain data for JSON."""
-    found = {field.name: getattr(rule, field.name) for field in fields(rule)}
     return {
         name: plain_data(value) if is_dataclass(value) else np.asarray(value).tolist()
-        for name, value in found.items()
+        for name, value in vars(rule).items()
     }
 
 

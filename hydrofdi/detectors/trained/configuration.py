@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,7 +16,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
-from hydrofdi.indicators.selection import make_indicators
+from hydrofdi.indicators.selection import Indicators, make_indicators
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.streams import CycleWindower, TimeWindower, Windower
 from hydrofdi.settings.files import Keys as KeyPath
@@ -193,8 +194,8 @@ class Feature:
         """The numbers among the values of all outputs, shape (n_record, n_number)."""
         everything: Any = slice(None)
         own = [
-            measured[f"{label}.{output.name}"][(everything, *place)]
-            for label, output, place in self.numbers.values()
+            measured[f"{label}.{output.name}"][(everything, *index)]
+            for label, output, index in self.numbers.values()
         ]
         return np.stack(own, axis=1)
 
@@ -230,11 +231,11 @@ def _numbers(
     indicators: Mapping[str, Indicator[Any]], *, only_scores: bool
 ) -> dict[str, tuple[str, Output, tuple[int, ...]]]:
     return {
-        f"{label}.{output.name}{''.join(f'[{part}]' for part in place)}": (label, output, place)
+        f"{label}.{output.name}{''.join(f'[{part}]' for part in index)}": (label, output, index)
         for label, each in indicators.items()
         for output in each.outputs
         if output.is_score or not only_scores
-        for place in np.ndindex(tuple(output.dims.values()))
+        for index in np.ndindex(tuple(output.dims.values()))
     }
 
 
@@ -363,3 +364,39 @@ def _choose(chosen: Any, source: Source) -> None:
         raise ConfigError([source.mistake((_INDICATORS,), f"choose an indicator{hint}")])
     source.data["indicator"] = made[label].name
     source.data["options"] = made[label].options.model_dump(exclude_unset=True)
+
+
+def options_of_machine(stated: DetectorConfig, made: Mapping[str, Indicator[Any]]) -> DetectorConfig:
+    """A detector whose options are those of indicators that were made for the machine of the records."""
+    if stated.score is None:
+        (options,) = (each.options.model_dump(exclude_unset=True) for each in made.values())
+        return stated.model_copy(update={"options": options})
+    return stated.model_copy(update={"indicators": stated.indicators | stated_indicators(made)})
+
+
+def require_same_score(stated: DetectorConfig, fleet: DetectorConfig) -> None:
+    """Check that settings beside a fleet only concern the false-alarm rate."""
+    free = {*rules.Promise.model_fields, "chart", "compensate", "accept"}
+    for name in DetectorConfig.model_fields.keys() - free:
+        if getattr(stated, name) != getattr(fleet, name):
+            raise ConfigError(f"fleet: its file has {name}, so that the score is the same; leave it out")
+
+
+def setting_keys() -> dict[str, tuple[str, ...]]:
+    """Keyword of `train`, and option of the command → key of `DetectorConfig`."""
+    keys: dict[str, tuple[str, ...]] = {
+        name: ("window", name) for name in WindowConfig.model_fields if name != "channel"
+    }
+    keys["window"] = keys.pop("duration")
+    keys |= {name: ("chart", name) for name in ("chart", "false_alarm_every")}
+    return {name: (name,) for name in DetectorConfig.model_fields} | keys
+
+
+def config_of(given: Indicators) -> str | PathLike[str] | Mapping[str, Any]:
+    """The configuration of a detector; labels with options, and lists of names, are its ``indicators``."""
+    if isinstance(given, str | PathLike):
+        return given
+    keys = {"indicators", "extends", *DetectorConfig.model_fields}
+    if isinstance(given, Mapping) and not keys.isdisjoint(given):
+        return given
+    return {"indicators": given}

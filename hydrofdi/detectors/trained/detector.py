@@ -70,9 +70,9 @@ class Detector:
         judged: Iterator[verdicts.Verdict] = iter(())
         if sound:
             records = verdicts.records_of(sound, file.channels, file.sampling_frequency)
-            found = verdicts.measured_windows(records, file.feature, file.fits)
-            scores = file.scores(np.array([each.numbers for each in found])).tolist()
-            rows = zip(scores, found, verdicts.findings(records, file.ranges), strict=True)
+            measured = verdicts.measured_windows(records, file.feature, file.fits)
+            scores = file.scores(np.array([each.numbers for each in measured])).tolist()
+            rows = zip(scores, measured, verdicts.findings(records, file.ranges), strict=True)
             judged = (verdicts.verdict_of(file, *row) for row in rows)
         return [verdicts.Verdict(fault=each.fault) if each.fault else next(judged) for each in windows]
 
@@ -136,9 +136,9 @@ class Detector:
         """Steps of the stream. A sample that is news, or begins a minute, has a step of its own, so that the
         place of its lines does not depend on the chunk.
         """
-        stepped = _, pieces, found = self._stream.step(parts["stream"], chunk)
-        is_news = not all(event.is_silent for event in found)
-        if found or parts["defects"]["waiting"].any():
+        stepped = _, pieces, events = self._stream.step(parts["stream"], chunk)
+        is_news = not all(event.is_silent for event in events)
+        if events or parts["defects"]["waiting"].any():
             is_news |= stream_lines.begins_minute(parts["defects"], pieces)
         if chunk.n_time > 1 and is_news:
             half = chunk.n_time // 2
@@ -149,8 +149,8 @@ class Detector:
 
     def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[stream_lines.Line]:
         """Lines of checked samples."""
-        parts["stream"], pieces, found = stepped
-        parts["defects"], events = stream_lines.noted(parts["defects"], pieces, found)
+        parts["stream"], pieces, defects = stepped
+        parts["defects"], events = stream_lines.noted(parts["defects"], pieces, defects)
         lines: list[stream_lines.Line] = [*events]
         for piece in pieces:
             parts["judging"], judged = self._windows(parts["judging"], piece)
@@ -181,8 +181,8 @@ class Detector:
         )
         if alarm is not None and alarm.kind is EventKind.ALARM_RAISED:
             n_judged, n_alarm = (int(parts["conditions"][name]) for name in ("n_judged", "n_alarm"))
-            found = consequence(self.file, n_judged, n_alarm, verdict.leak, verdict.margin)
-            alarm = replace(alarm, text=f"{alarm.text}; {found.sentences}", details=found.to_dict())
+            outcome = consequence(self.file, n_judged, n_alarm, verdict.leak, verdict.margin)
+            alarm = replace(alarm, text=f"{alarm.text}; {outcome.sentences}", details=outcome.to_dict())
         return [replace(window, condition=condition), *events, *filter(None, [alarm])]
 
     def _reading(
@@ -257,8 +257,8 @@ def _without(fault: Issue, **named: Any) -> JudgedWindow:
 
 def _lines(detector: Detector, records: RecordBatch, row: int) -> list[stream_lines.WindowLine]:
     samples = {channel: values[row] for channel, values in records.channels.items()}
-    _, found = detector.step(detector.start(), Chunk(records.time, samples))
-    lines = [line for line in found if isinstance(line, stream_lines.WindowLine)]
+    _, told = detector.step(detector.start(), Chunk(records.time, samples))
+    lines = [line for line in told if isinstance(line, stream_lines.WindowLine)]
     for remark in records.remarks[row]:
         if remark.kind == "unended" and lines and lines[-1].end == records.time[-1]:
             doubt = "; ".join(filter(None, (lines[-1].verdict.doubt, remark.message)))

@@ -16,6 +16,7 @@ from hydrofdi.detectors.rules import score_kind
 from hydrofdi.detectors.scores.contract import Fitted, from_data
 from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constants
 from hydrofdi.records import Array, Channel
@@ -401,7 +402,7 @@ def detector_text(file: DetectorFile) -> str:
     """Detector file as readable JSON: SI, lists of numbers on one line."""
     record = file.model_dump(mode="json", by_alias=True)
     text = json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    return _NUMBERS_PER_LINE.sub(lambda found: "[" + " ".join(found[1].split()) + "]", text)
+    return _NUMBERS_PER_LINE.sub(lambda numbers: "[" + " ".join(numbers[1].split()) + "]", text)
 
 
 def load_detector(path: Path) -> DetectorFile:
@@ -414,6 +415,17 @@ def load_detector(path: Path) -> DetectorFile:
         mistakes = [_mistake(error) for error in errors.errors()]
     if mistakes := [each for each in mistakes if each[0] == "version"] or mistakes:
         raise ConfigError([Issue(_shown(text), _shown(where), str(path)) for where, text in mistakes])
+    return file
+
+
+def fleet_at(path: Path) -> DetectorFile:
+    """The detector of a fleet, which has a summary of its machines."""
+    file = load_detector(path)
+    if file.fleet is None:
+        raise ConfigError(
+            f"{path}: is not a fleet: it needs {FEWEST_GROUPS} healthy machines or more, each a group or a"
+            " record with two windows or more"
+        )
     return file
 
 
@@ -444,8 +456,8 @@ def _read(path: Path) -> bytes:
 
 
 def _mistake(error: Any) -> tuple[str, str]:
-    place = tuple(part for part in error["loc"] if part != "[key]")
-    return dotted(place), describe_error(error, known_keys(DetectorFile, place[:-1]))
+    path = tuple(part for part in error["loc"] if part != "[key]")
+    return dotted(path), describe_error(error, known_keys(DetectorFile, path[:-1]))
 
 
 def _shown(text: str) -> str:
@@ -474,8 +486,8 @@ def _inconsistencies(file: DetectorFile) -> Iterator[tuple[str, str]]:
             where, _, text = str(error).partition(": ")
             yield where, text
     for label, indicator in file.feature.indicators.items():
-        if indicator.version != (found := file.indicator_versions.get(label)):
-            text = f"{label} has version {indicator.version} here, not {found}; train it again"
+        if indicator.version != (version := file.indicator_versions.get(label)):
+            text = f"{label} has version {indicator.version} here, not {version}; train it again"
             yield "indicator_versions", text
     if missing := sorted(file.feature.channels - set(file.channels)):
         yield "channels", f"{file.score_name} needs {missing[0]}, which is missing"

@@ -78,9 +78,9 @@ def _variance(own: Array) -> float:
     return float(own.var(ddof=1))
 
 
-def _between(found: Array, sampling: Array) -> float:
+def _between(values: Array, sampling: Array) -> float:
     """Deviation over machines without sampling errors, widened as its own estimate is uncertain."""
-    n, observed = found.size, float(found.var(ddof=1))
+    n, observed = values.size, float(values.var(ddof=1))
     # not less than the standard error of the observed variance: the difference may be negative
     between = max(observed - float(sampling.mean()), observed * math.sqrt(2.0 / (n - 1.0)), 1e-300)
     # a new machine differs by a Student variable with n − 1 degrees of freedom; the same variance
@@ -175,16 +175,16 @@ def fleet_limits(
     scores: NDArray[np.float64], fleet: Fleet, direction: Direction, rate: float, confidence: float
 ) -> tuple[Limits, Scale]:
     """Limits and healthy scale of a machine from its own scores and a fleet."""
-    found, each = posterior(scores, fleet), rate / direction.n_side
-    turned = Posterior(found.weights, found.deviations, -found.means, found.errors)
+    machine, each = posterior(scores, fleet), rate / direction.n_side
+    turned = Posterior(machine.weights, machine.deviations, -machine.means, machine.errors)
     low = -math.inf if direction is Direction.RISING else -turned.high(each)
-    high = math.inf if direction is Direction.FALLING else found.high(each)
-    centre, spread = found.scale
+    high = math.inf if direction is Direction.FALLING else machine.high(each)
+    centre, spread = machine.scale
     limits = Limits(
         low=_finite(low),
         high=_finite(high),
         false_alarm_rate=rate,
-        interval=found.rate_interval(low, high, confidence),
+        interval=machine.rate_interval(low, high, confidence),
         confidence=confidence,
         method="posterior predictive",
         interval_rests_on="fleet",
@@ -192,7 +192,7 @@ def fleet_limits(
     return limits, Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
 
 
-def limits_of(found: HealthyScores, direction: Direction, *, has_chart: bool = False) -> Limits:
+def limits_of(scored: HealthyScores, direction: Direction, *, has_chart: bool = False) -> Limits:
     """Set the limits of a score.
 
     If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
@@ -202,7 +202,7 @@ def limits_of(found: HealthyScores, direction: Direction, *, has_chart: bool = F
     alarms in place of the limits, too few windows are none: then the extreme healthy scores are the limits.
     """
 
-    config = found.config
+    config = scored.config
 
     def rule(scores: Array) -> Threshold:
         try:
@@ -210,33 +210,33 @@ def limits_of(found: HealthyScores, direction: Direction, *, has_chart: bool = F
         except NotStatedError as refusal:
             if (needed := refusal.records_needed) is None:
                 raise
-            total = needed + found.scores.size - scores.size
+            total = needed + scored.scores.size - scores.size
             raise NotStatedError(
                 f"{str(refusal).partition(' needs ')[0]} needs {needed:,} healthy windows that do not"
-                f" overlap ({time_text(needed * found.duration)}), and there are {scores.size:,}"
+                f" overlap ({time_text(needed * scored.duration)}), and there are {scores.size:,}"
                 f"{'' if total == needed else f' without one of the groups, so {total:,} in all'}",
                 needed,
             ) from None
 
     try:
-        threshold = rule(found.scores)
+        threshold = rule(scored.scores)
     except NotStatedError:
         if not has_chart:
             raise
-        least = direction.n_side / (found.scores.size + 1)
+        least = direction.n_side / (scored.scores.size + 1)
         config = config.model_copy(update={"false_alarm_rate": least, "threshold": "quantile"})
-        threshold = rule(found.scores)
-    groups = found.of_scores
+        threshold = rule(scored.scores)
+    groups = scored.of_scores
     rests_on: Literal["windows", "records", "groups"] = "windows"
     interval = threshold.interval
     if 1 < np.unique(groups).size < groups.size:
         names: Any = groups
         try:
-            outcomes = left_out_outcomes(found.scores, names % _MOST_FOLDS, rule)
+            outcomes = left_out_outcomes(scored.scores, names % _MOST_FOLDS, rule)
             rate = alarm_rate(outcomes, groups=names, confidence=threshold.confidence)
-            rests_on, interval = "groups" if found.has_groups else "records", (rate.low, rate.high)
+            rests_on, interval = "groups" if scored.has_groups else "records", (rate.low, rate.high)
         except NotStatedError:
-            if found.has_groups and not has_chart:
+            if scored.has_groups and not has_chart:
                 raise
     return Limits(
         low=_finite(threshold.low),
@@ -249,13 +249,16 @@ def limits_of(found: HealthyScores, direction: Direction, *, has_chart: bool = F
     )
 
 
-def chart_of(found: HealthyScores, direction: Direction) -> TimedChart | None:
+def chart_of(scored: HealthyScores, direction: Direction) -> TimedChart | None:
     """The chart that is asked for, with all options; the usual one if the records carry its promise.
 
     Its direction refers to scores that rise with leakage.
     """
-    config, chart, usual = found.config, found.config.chart, TimedChart()
-    if "chart" not in config.model_fields_set and comparable(found.hours * 3600.0) >= usual.false_alarm_every:
+    config, chart, usual = scored.config, scored.config.chart, TimedChart()
+    if (
+        "chart" not in config.model_fields_set
+        and comparable(scored.hours * 3600.0) >= usual.false_alarm_every
+    ):
         chart = usual
     if chart is None:
         return None
@@ -264,14 +267,14 @@ def chart_of(found: HealthyScores, direction: Direction) -> TimedChart | None:
     return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
 
 
-def chart_limit(found: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction) -> ChartLimit:
+def chart_limit(scored: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction) -> ChartLimit:
     """Limit that healthy scores, in time order, reach once within the required time on average."""
-    starts = np.searchsorted(found.record, range(1, len(found.records)))
-    lines = np.split(standardised(found.all_scores, healthy, direction), starts)
+    starts = np.searchsorted(scored.record, range(1, len(scored.records)))
+    lines = np.split(standardised(scored.all_scores, healthy, direction), starts)
     groups: list[str] | None = None
     rests_on: Literal["pieces", "records", "groups"] = "pieces"
-    if len(set(found.groups)) >= FEWEST_GROUPS:
-        groups, rests_on = found.groups, "groups" if found.has_groups else "records"
+    if len(set(scored.groups)) >= FEWEST_GROUPS:
+        groups, rests_on = scored.groups, "groups" if scored.has_groups else "records"
     else:
         length = max(1, sum(line.size for line in lines) // N_PIECE)
         lines = [line[first : first + length] for line in lines for first in range(0, line.size, length)]
@@ -279,8 +282,8 @@ def chart_limit(found: HealthyScores, chart: TimedChart, healthy: Scale, directi
     for row, line in enumerate(lines):
         streams[row, : line.size] = line
     alarms = FalseAlarms(
-        make_chart(chart.chart, chart.options), streams, found.interval, groups=groups
-    ).limit(chart.false_alarm_every, confidence=found.config.confidence)
+        make_chart(chart.chart, chart.options), streams, scored.interval, groups=groups
+    ).limit(chart.false_alarm_every, confidence=scored.config.confidence)
     return ChartLimit(
         limit=alarms.value,
         mean_time=_finite(alarms.mean_time),
@@ -295,15 +298,15 @@ _WARMER = 0.6
 
 
 def with_allowance(
-    limits: Limits, trained: TrainedScore | None, found: HealthyScores
+    limits: Limits, trained: TrainedScore | None, scored: HealthyScores
 ) -> tuple[Limits, TrainedScore | None]:
     """The limits of flows, which contain that of the valve clearances, with an allowance for warmer oil."""
-    score = found.config.score
-    is_flow = found.feature.described.unit == "m^3/s" and (score is None or score.kind == "either")
-    warmer = _WARMER * float(np.nanmedian([each.clearance for each in found.complete]))
+    score = scored.config.score
+    is_flow = scored.feature.described.unit == "m^3/s" and (score is None or score.kind == "either")
+    warmer = _WARMER * float(np.nanmedian([each.clearance for each in scored.complete]))
     if not is_flow or limits.high is None or limits.low is not None or not warmer > 0.0:
         return limits, trained
-    first, *others = (output.clearances[1] * warmer for _, output, _ in found.feature.numbers.values())
+    first, *others = (output.clearances[1] * warmer for _, output, _ in scored.feature.numbers.values())
     limits = limits.model_copy(update={"high": limits.high + first, "allowance": first})
     if trained is not None and others:
         rule, units = trained.rule, np.array(trained.rule["standardised"]["scale"])

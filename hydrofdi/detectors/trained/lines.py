@@ -150,13 +150,13 @@ NOT_KNOWN: State = {
 }
 
 
-def noted(state: State, pieces: Sequence[Chunk], found: Sequence[Event]) -> tuple[State, list[Event]]:
+def noted(state: State, pieces: Sequence[Chunk], findings: Sequence[Event]) -> tuple[State, list[Event]]:
     """Defects after findings: the first of an episode is an event, the others wait for a minute to end."""
     events = list[Event]()
     if begins_minute(state, pieces):
         state, events = summed_up(state)
     waiting = state["waiting"].copy()
-    for event in found:
+    for event in findings:
         waiting[_KINDS.index(event.kind)] += event.count - (not event.is_silent)
         events += [] if event.is_silent else [replace(event, count=1)]
     minute = np.array(pieces[-1].time[-1] // MINUTE) if pieces else state["minute"]

@@ -91,36 +91,36 @@ def train(
     stated, sheet = configuration.feature_of(config).indicators.values(), healthy.data_sheet
     taken = {name for each in stated for name in sheet_constants(each.options)}
     config = config if fleet else _with_score(config, first)
-    direction, found = configuration.direction_of(config), HealthyScores(config, first, drive)
-    found.read(chain([first], batches))
-    feature, teachers = found.feature, None
+    direction, scored = configuration.direction_of(config), HealthyScores(config, first, drive)
+    scored.read(chain([first], batches))
+    feature, teachers = scored.feature, None
     if faulty is not None and is_stated:
         teachers = HealthyScores(config, first, drive)
         teachers.read(faulty.batches(labels=True))
-    trained = _learn(found, teachers, None if fleet is None else fleet.score)
-    _require_scores(found, healthy.name)
-    chart = chart_of(found, direction)
+    trained = _learn(scored, teachers, None if fleet is None else fleet.score)
+    _require_scores(scored, healthy.name)
+    chart = chart_of(scored, direction)
     others = ""
     try:
-        limits = limits_of(found, direction, has_chart=chart is not None)
-        own = scale_of(found.scores)
-        if is_measured and TEMPERATURE not in found.channels and config.compensate:
-            limits, trained = with_allowance(limits, trained, found)
+        limits = limits_of(scored, direction, has_chart=chart is not None)
+        own = scale_of(scored.scores)
+        if is_measured and TEMPERATURE not in scored.channels and config.compensate:
+            limits, trained = with_allowance(limits, trained, scored)
     except NotStatedError:
         if fleet is None or fleet.fleet is None or config.threshold != "quantile":
             raise
         rate, confidence = config.false_alarm_rate, config.confidence
-        limits, own = fleet_limits(found.scores, fleet.fleet, direction, rate, confidence)
+        limits, own = fleet_limits(scored.scores, fleet.fleet, direction, rate, confidence)
         others = f"{fleet_name}, {fleet.fleet.n_machine} machines"
-    spreads, is_two_sided = standardised(found.scores, own, direction), direction is Direction.BOTH
+    spreads, is_two_sided = standardised(scored.scores, own, direction), direction is Direction.BOTH
     used = feature if trained is None else feature.of(trained.numbers)
     fits = {name: [each.possible[1] or 0.0] for name, each in used.outputs.items() if each.is_fit}
     for name, values in fits.items():
-        values += [each.fits[name] for each in found.complete]
+        values += [each.fits[name] for each in scored.complete]
         values += [] if fleet is None else [fleet.fits.get(name, values[0])]
-    doubts = {(doubt.where, doubt.kind) for each in found.complete for doubt in each.doubts}
-    every = window.every or (found.duration if window.by == "time" else None)
-    window = window.model_copy(update={"duration": found.duration, "every": every})
+    doubts = {(doubt.where, doubt.kind) for each in scored.complete for doubt in each.doubts}
+    every = window.every or (scored.duration if window.by == "time" else None)
+    window = window.model_copy(update={"duration": scored.duration, "every": every})
     in_full: dict[str, Any] = {"direction": direction, "chart": chart, "window": window}
     if config.score is None:
         in_full["options"] = feature.indicator.options.model_dump(mode="json")
@@ -137,18 +137,18 @@ def train(
         unit="1"
         if config.score is not None and config.score.kind not in OF_ONE
         else output_unit(feature.indicator, feature.described, first),
-        channels=found.channels,
+        channels=scored.channels,
         sampling_frequency=first.sampling_frequency,
-        n_sample=found.n_sample,
+        n_sample=scored.n_sample,
         basis=_basis(
-            found, sources, found_period(first), np.abs(spreads) if is_two_sided else spreads, others
+            scored, sources, found_period(first), np.abs(spreads) if is_two_sided else spreads, others
         ),
-        fleet=fleet_of(found.scores, found.of_scores),
+        fleet=fleet_of(scored.scores, scored.of_scores),
         healthy=own,
         limits=limits,
-        chart=None if chart is None else chart_limit(found, chart, own, direction),
-        ranges={channel: learned_range(channel, facts) for channel, facts in found.facts.items()},
-        conditions=found.conditions,
+        chart=None if chart is None else chart_limit(scored, chart, own, direction),
+        ranges={channel: learned_range(channel, facts) for channel, facts in scored.facts.items()},
+        conditions=scored.conditions,
         positive=tuple(
             name
             for name, each in used.outputs.items()
@@ -187,29 +187,29 @@ def _drive(healthy: RecordSource, channel: Channel) -> tuple[float, float]:
             low = min(low, float(np.nanmin(batch[channel])))
             high = max(high, float(np.nanmax(batch[channel])))
     if not low < high:
-        found = "is missing in" if high == -np.inf else "never changes in"
+        fault = "is missing in" if high == -np.inf else "never changes in"
         raise NotStatedError(
-            f"by=cycle: {channel} {found} all healthy records, but cycles start at its edges;"
+            f"by=cycle: {channel} {fault} all healthy records, but cycles start at its edges;"
             " choose another channel under 'window:', or use windows by time"
         )
     return low, high
 
 
 def _learn(
-    found: HealthyScores, teachers: HealthyScores | None, learned: TrainedScore | None
+    scored: HealthyScores, teachers: HealthyScores | None, learned: TrainedScore | None
 ) -> TrainedScore | None:
     """Set the scores of healthy windows: the number itself, the score that a fleet learned, or the
     cross-fitted score of several numbers.
     """
-    config, feature = found.config, found.feature
-    n_healthy, both = len(found.measured), [found] if teachers is None else [found, teachers]
+    config, feature = scored.config, scored.feature
+    n_healthy, both = len(scored.measured), [scored] if teachers is None else [scored, teachers]
     values = np.array([window.numbers for each in both for window in each.measured])
     if config.score is None or not n_healthy:
-        found.all_scores = values.reshape(-1)
+        scored.all_scores = values.reshape(-1)
         return None
     if learned is not None:
         kept = [place for place, name in enumerate(feature.numbers) if name in learned.numbers]
-        found.all_scores = learned.fitted(config.score.kind).score(values[:n_healthy, kept])
+        scored.all_scores = learned.fitted(config.score.kind).score(values[:n_healthy, kept])
         return learned
     is_fit = np.array([is_apart for each in both for is_apart in each.is_apart])
     is_faulty = np.arange(len(values)) >= n_healthy
@@ -220,16 +220,16 @@ def _learn(
         # the number itself may be missing more often
         kept = sorted({0, *kept}) if config.score.kind == "compensated" else [*range(values.shape[1])]
         if not np.isfinite(values[:n_healthy, 0]).any():
-            raise _no_score(found, next(iter(feature.numbers)))
+            raise _no_score(scored, next(iter(feature.numbers)))
     records = [record for each in both for record in each.records]
     names = [record.group or f"record {index:09d}" for index, record in enumerate(records)]
-    groups = [names[index] for index in found.record]
+    groups = [names[index] for index in scored.record]
     if teachers is not None:
-        groups += [names[len(found.records) + index] for index in teachers.record]
+        groups += [names[len(scored.records) + index] for index in teachers.record]
     if len(set(groups)) == 1:
         groups = [f"piece {N_PIECE * place // n_healthy}" for place in range(n_healthy)]
     used = np.ascontiguousarray(values[:, kept])
-    found.all_scores = cross_fitted_scores(score, used, is_faulty, groups, is_fit=is_fit)[:n_healthy]
+    scored.all_scores = cross_fitted_scores(score, used, is_faulty, groups, is_fit=is_fit)[:n_healthy]
     fitted = score.fit(used[is_fit], is_faulty[is_fit])
     return TrainedScore(
         numbers=tuple(name for place, name in enumerate(feature.numbers) if place in kept),
@@ -239,37 +239,37 @@ def _learn(
     )
 
 
-def _no_score(found: HealthyScores, label: str) -> NotStatedError:
-    longest = time_text(max(record.duration for record in found.records))
+def _no_score(scored: HealthyScores, label: str) -> NotStatedError:
+    longest = time_text(max(record.duration for record in scored.records))
     absent = f"no window ends within its records, of which the longest lasts {longest}"
-    reasons = Counter(fault.message for fault in found.faults)
+    reasons = Counter(fault.message for fault in scored.faults)
     reason = next((text for text, _ in reasons.most_common(1)), absent)
     return NotStatedError(f"no healthy record has {label}: {reason}")
 
 
-def _require_scores(found: HealthyScores, name: str) -> None:
+def _require_scores(scored: HealthyScores, name: str) -> None:
     """Check that there are scores, and that estimates are possible in at least half of the windows."""
-    if not found.scores.size:
-        raise _no_score(found, found.feature.label)
-    if 2 * len(found.refused) > found.scores.size and not found.config.accept:
-        outputs = " and ".join(sorted({each.where for each in found.refused}))
-        likely = f"{_likely(found)}; ".removeprefix("; ")
+    if not scored.scores.size:
+        raise _no_score(scored, scored.feature.label)
+    if 2 * len(scored.refused) > scored.scores.size and not scored.config.accept:
+        outputs = " and ".join(sorted({each.where for each in scored.refused}))
+        likely = f"{_likely(scored)}; ".removeprefix("; ")
         raise DataError(
-            f"{name}: {outputs}: beyond what the described actuator allows in {len(found.refused):,} of"
-            f" {found.scores.size:,} healthy windows: {CAUSES} {likely}--accept trains anyway"
+            f"{name}: {outputs}: beyond what the described actuator allows in {len(scored.refused):,} of"
+            f" {scored.scores.size:,} healthy windows: {CAUSES} {likely}--accept trains anyway"
         )
 
 
-def _likely(found: HealthyScores) -> str:
+def _likely(scored: HealthyScores) -> str:
     """The constants of the data sheet that are likeliest wrong, if it does not fit most windows."""
-    of_balance = (each.options for each in found.feature.indicators.values())
+    of_balance = (each.options for each in scored.feature.indicators.values())
     options = next((each for each in of_balance if isinstance(each, WindowOptions)), None)
-    unfit = [found.n_impossible[name] for name, each in found.feature.outputs.items() if each.is_fit]
-    if options is None or Channel.PISTON_POSITION not in found.channels:
+    unfit = [scored.n_impossible[name] for name, each in scored.feature.outputs.items() if each.is_fit]
+    if options is None or Channel.PISTON_POSITION not in scored.channels:
         return ""
-    if 2 * max(len(found.refused), *unfit) <= found.scores.size:
+    if 2 * max(len(scored.refused), *unfit) <= scored.scores.size:
         return ""
-    return sentence(options, likeliest_wrong(options, found.first))
+    return sentence(options, likeliest_wrong(options, scored.first))
 
 
 _OUTLYING = 8.0
@@ -278,23 +278,23 @@ others; a choice."""
 
 
 def _basis(
-    found: HealthyScores, sources: Sequence[str], drive_period: float | None, spreads: Array, fleet: str
+    scored: HealthyScores, sources: Sequence[str], drive_period: float | None, spreads: Array, fleet: str
 ) -> Basis:
     """The data behind a detector; `spreads`: used scores in healthy spreads, rising with a leak."""
-    used = np.array(found.record, dtype=np.intp)[found.is_used].tolist()
-    populations = Counter(found.records[index].label for index in used)
+    used = np.array(scored.record, dtype=np.intp)[scored.is_used].tolist()
+    populations = Counter(scored.records[index].label for index in used)
     del populations[""]
     windows, far = Counter(used), Counter(compress(used, spreads > _OUTLYING))
     return Basis(
         sources=tuple(sources),
-        n_record=len(found.records),
-        n_window=found.scores.size,
-        n_group=len(set(found.groups)) if found.has_groups else 0,
+        n_record=len(scored.records),
+        n_window=scored.scores.size,
+        n_group=len(set(scored.groups)) if scored.has_groups else 0,
         populations=dict(sorted(populations.items())),
-        not_judged=dict(sorted(Counter(fault.kind for fault in found.faults).items())),
-        impossible=dict(sorted(found.n_impossible.items())),
-        likely=_likely(found),
+        not_judged=dict(sorted(Counter(fault.kind for fault in scored.faults).items())),
+        impossible=dict(sorted(scored.n_impossible.items())),
+        likely=_likely(scored),
         fleet=fleet,
-        outlying={found.records[index].name: n for index, n in far.items() if 2 * n > windows[index]},
+        outlying={scored.records[index].name: n for index, n in far.items() if 2 * n > windows[index]},
         drive_period=drive_period,
     )

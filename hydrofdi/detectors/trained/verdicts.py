@@ -104,8 +104,8 @@ def channel_facts(samples: Array) -> dict[str, Array]:
 def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> ChannelRange:
     """Range of a channel, learned from the statistics of all healthy windows."""
     names = ("low", "high", "activity", "at_end", "held", "rate")
-    found = (np.concatenate([each[name] for each in facts]) for name in names)
-    low, high, activity, at_end, repeated, rate = found
+    columns = (np.concatenate([each[name] for each in facts]) for name in names)
+    low, high, activity, at_end, repeated, rate = columns
     span, wider = float(high.max() - low.min()), 1.0 + _FEW / low.size
     factor = _ACTIVITY**wider
     return ChannelRange(
@@ -124,10 +124,10 @@ def _widened(values: Array, span: float, wider: float) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def outside(covered: Ranges, n_window: int, found: Mapping[str, float]) -> Issue | None:
+def outside(covered: Ranges, n_window: int, conditions: Mapping[str, float]) -> Issue | None:
     """The first condition of a window that is outside of the range of the healthy windows and its margin."""
     for name, (low, high) in covered.items():
-        value = found.get(name, math.nan)
+        value = conditions.get(name, math.nan)
         margin = _OF_RANGE * (1.0 + _FEW / n_window) * (high - low + _narrow(name, low, high))
         if value < low - margin or value > high + margin:
             text = f"{_said(name)} is {_shown(name, value)}"
@@ -467,6 +467,6 @@ def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | 
     """Message about a channel that is not in SI; None if all are. Streams are always in SI."""
     for channel in channels:
         if channel in records.relative:
-            found = "is normalised" if channel in records.normalized else "is in counts"
-            return f"{channel} {found}, but a detector needs it in {channel.unit}"
+            scale = "is normalised" if channel in records.normalized else "is in counts"
+            return f"{channel} {scale}, but a detector needs it in {channel.unit}"
     return None

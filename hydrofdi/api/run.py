@@ -19,7 +19,7 @@ from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import full_name, meant, parameter_names
 from hydrofdi.config.runs import record_identity, run_identity
-from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_value
+from hydrofdi.config.values import ParameterAnswer, shown_in, shown_value
 from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.engine import InProcessEngine, limited

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.shown_values import ShownParameter, shown_parameter
+from hydrofdi.config.values import ShownParameter, shown_parameter
 from hydrofdi.settings.messages import HOLE
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData

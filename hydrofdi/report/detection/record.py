@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from hydrofdi.config.shown_values import shown_value
+from hydrofdi.config.values import shown_value
 from hydrofdi.evaluation.scores import Kind, Population, comparable
 from hydrofdi.report.detection import wording
 from hydrofdi.report.detection.populations import nuisance_records

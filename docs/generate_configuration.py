@@ -25,7 +25,7 @@ from hydrofdi.config.request import SYMBOLS, full_names, parameter_names, parame
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.rules import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
+from hydrofdi.indicators.registry import LABEL_PATTERN, TAKEN
 from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.records.description import MeasuredConfig
 from hydrofdi.settings.messages import typeset

@@ -19,8 +19,8 @@ from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.rules import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue, StoreError
 from hydrofdi.indicators.contract import Indicator, RecursiveIndicator
-from hydrofdi.indicators.registry import load_plugins, sound_indicator
-from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
+from hydrofdi.indicators.registry import label_mistake, load_plugins, sound_indicator
+from hydrofdi.indicators.selection import chosen_options, make_chosen
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import (
     Source,

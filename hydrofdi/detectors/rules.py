@@ -15,7 +15,8 @@ from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold, ThresholdKind, records_needed
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.selection import indicators_file, label_mistake
+from hydrofdi.indicators.registry import label_mistake
+from hydrofdi.indicators.selection import indicators_file
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import Source, validated
 from hydrofdi.settings.messages import describe_error, nearest

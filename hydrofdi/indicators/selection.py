@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
@@ -13,39 +12,18 @@ from pydantic import ValidationError
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
-from hydrofdi.indicators.registry import Description, indicator_kind, indicator_names, sound_indicator
+from hydrofdi.indicators.registry import (
+    Description,
+    indicator_kind,
+    indicator_names,
+    label_mistake,
+    sound_indicator,
+)
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.files import Keys as KeyPath
 from hydrofdi.settings.files import Source, located, plain, read_extended
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.tables.table import Table
-
-LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
-
-_IN_FILES = """
-run time level phase run_id record_id status message verdict bulk_modulus fixed_baseline_run
-matched_baseline_run internal_leakage_level internal_leakage_coefficient internal_leakage_flow
-chamber_1_pressure chamber_2_pressure piston_position piston_velocity spool_position input_voltage
-reference_position load_force valve_supply_pressure detail_rms approximation_rms phase_detail_rms
-settled_detail_rms settled_approximation_rms settled_phase_detail_rms settled_from settling_change
-mean_chamber_1_pressure mean_internal_leakage_flow mean_external_leakage_flow_1 mean_external_leakage_flow_2
-chamber_1_pressure_min chamber_1_pressure_max chamber_2_pressure_min chamber_2_pressure_max
-piston_position_min piston_position_max above_supply_share cavitating_share clipped_share pressure_variation
-unusual_share volume_residual energy_residual hydraulic_mode_frequency hydraulic_mode_damping_ratio
-"""
-
-TAKEN = frozenset(_IN_FILES.split())
-"""Variables and dimensions of an experiment file."""
-
-
-def label_mistake(label: object, of: str = "an indicator") -> str | None:
-    """Message if a label is not valid, else None."""
-    if not isinstance(label, str) or not re.fullmatch(LABEL_PATTERN, label):
-        rule = "letters, digits, '_' and '-', beginning with a letter, at most 64"
-        return f"is not a valid label of {of} ({rule})"
-    if label in TAKEN:
-        return "is the name of a variable of experiment files; choose another label and add 'kind: NAME'"
-    return None
 
 
 def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:

@@ -16,7 +16,6 @@ from test_second_solver import VARIANTS
 
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics import NEGLIGIBLE, settled
-from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import batch, inputs
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch

@@ -19,9 +19,9 @@ from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import full_name, meant, parameter_names
 from hydrofdi.config.runs import record_identity, run_identity
-from hydrofdi.config.values import ParameterAnswer, shown_in, shown_value
 from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.config.values import ParameterAnswer, shown_in, shown_value
 from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution.compute import Job, compute_columns

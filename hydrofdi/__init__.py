@@ -74,7 +74,7 @@ _HOMES = {
         "config": "load_experiment",
         "diagnosis.answer": "Diagnosis",
         "errors": "HydrofdiError",
-        "settings.ready": "schema",
+        "settings.files": "schema",
         "store.exporting": "Exported",
         "tables.table": "Table",
     }.items()

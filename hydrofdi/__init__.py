@@ -18,17 +18,18 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from hydrofdi.api.detectors.detector import Detector as Detector
-    from hydrofdi.api.detectors.detector import detect as detect
-    from hydrofdi.api.detectors.training import train as train
-    from hydrofdi.api.diagnosing import diagnose as diagnose
+    from hydrofdi.api.detector import Detector as Detector
+    from hydrofdi.api.detector import detect as detect
+    from hydrofdi.api.detector import train as train
+    from hydrofdi.api.diagnosis import diagnose as diagnose
+    from hydrofdi.api.diagnosis import trend as trend
     from hydrofdi.api.evaluation import Evaluation as Evaluation
     from hydrofdi.api.evaluation import evaluate as evaluate
-    from hydrofdi.api.exporting import export as export
-    from hydrofdi.api.inspecting import Inspection as Inspection
-    from hydrofdi.api.inspecting import inspect as inspect
-    from hydrofdi.api.measuring import indicators as indicators
-    from hydrofdi.api.measuring import measure as measure
+    from hydrofdi.api.records import Inspection as Inspection
+    from hydrofdi.api.records import export as export
+    from hydrofdi.api.records import indicators as indicators
+    from hydrofdi.api.records import inspect as inspect
+    from hydrofdi.api.records import measure as measure
     from hydrofdi.api.results import Results as Results
     from hydrofdi.api.results import load as load
     from hydrofdi.api.results import report as report
@@ -47,35 +48,30 @@ if TYPE_CHECKING:
     from hydrofdi.api.sweeps import sweep as sweep
     from hydrofdi.api.sweeps import verify as verify
     from hydrofdi.api.sweeps import why as why
-    from hydrofdi.api.trend import trend as trend
     from hydrofdi.config import load_experiment as load_experiment
     from hydrofdi.diagnosis.answer import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
+    from hydrofdi.execution.exporting import Exported as Exported
     from hydrofdi.settings.files import schema as schema
-    from hydrofdi.store.exporting import Exported as Exported
     from hydrofdi.tables.table import Table as Table
 
 _HOMES = {
     name: f"hydrofdi.{module}"
     for module, names in {
-        "api.detectors.detector": "Detector detect",
-        "api.detectors.training": "train",
-        "api.diagnosing": "diagnose",
+        "api.detector": "Detector detect train",
+        "api.diagnosis": "diagnose trend",
         "api.evaluation": "Evaluation evaluate",
-        "api.exporting": "export",
-        "api.inspecting": "Inspection inspect",
-        "api.measuring": "indicators measure",
+        "api.records": "Inspection export indicators inspect measure",
         "api.results": "Results load report",
         "api.run": "Run simulate",
         "api.starting": "configs init",
         "api.streams": "monitor_fleet replay",
         "api.sweeps": "calibrate check collect plan rerun status sweep verify why",
-        "api.trend": "trend",
         "config": "load_experiment",
         "diagnosis.answer": "Diagnosis",
         "errors": "HydrofdiError",
+        "execution.exporting": "Exported",
         "settings.files": "schema",
-        "store.exporting": "Exported",
         "tables.table": "Table",
     }.items()
     for name in names.split()

@@ -1,19 +1,12 @@
-"""Evaluations of indicators on labelled records: sentences, tables, plain data."""
+"""Evaluations of indicators on labelled records."""
 
 from __future__ import annotations
-
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import pandas
-    import xarray
-    from matplotlib.figure import Figure
 
 from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike, fspath
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.rules import Rules, load_scores
@@ -30,6 +23,11 @@ from hydrofdi.studies.healthy import labels_of_healthy
 from hydrofdi.studies.left import Left
 from hydrofdi.studies.reading import made_scores, measured_study, require_labels
 from hydrofdi.studies.reading import usual_scores as usual_of
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
 
 
 class Evaluation(EvaluationAnswer):

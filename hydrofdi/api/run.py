@@ -8,33 +8,24 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from os import PathLike
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
+from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import full_name, meant, parameter_names
-from hydrofdi.config.runs import record_identity, run_identity
-from hydrofdi.config.study import DetectionConfig
-from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.config.values import ParameterAnswer, shown_in, shown_value
-from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import UnknownNameError
-from hydrofdi.execution.compute import Job, compute_columns
+from hydrofdi.execution.single import compute_run, store_run
 from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.arguments import names_of, path_of
 from hydrofdi.settings.messages import nearest, shown_quantity
-from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL
-from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
-from hydrofdi.store.results import library_versions
-from hydrofdi.store.shards import Columns, ShardResults, read_index, write_shard
+from hydrofdi.store.shards import Columns
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Column, Table, library, plain
 from hydrofdi.units import Quantity
@@ -333,17 +324,7 @@ class Run(ParameterAnswer):
             The file cannot be written, or something else stands there.
         """
         require_replaceable(path_of(path))
-        alone = _alone(self.experiment)
-        whole = expand_runs(alone)
-        fixed, matched = (
-            np.where(rows[:1] == 0, 0, names.NO_BASELINE)
-            for rows in (whole.fixed_baseline, whole.matched_baseline)
-        )
-        table = RunTable(whole.runs[:1], {}, 1, fixed, matched)
-        with TemporaryDirectory() as folder:
-            write_shard(Path(folder), self.columns, alone.store)
-            results = ShardResults([self.run_id], read_index(Path(folder)), {})
-            write_experiment(path_of(path), alone, table, results, library_versions())
+        store_run(path_of(path), self.experiment, self.columns)
 
     def __bool__(self) -> bool:
         return self.status == "ok"
@@ -417,19 +398,7 @@ def simulate(
     loaded = load_experiment(experiment, settings)
     if out is not None:
         require_replaceable(path_of(out))
-    spec = expand_runs(_alone(loaded)).runs[0]
-    with limited(loaded.limits.time_per_job):
-        (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {})
-        job = Job.of(spec, run_identity(spec), coefficient, record_identity(spec))
-        run = Run(loaded, spec, compute_columns([job]))
+    run = Run(loaded, *compute_run(loaded))
     if out is not None:
         run.save(out)
     return run
-
-
-def _alone(experiment: ExperimentConfig) -> ExperimentConfig:
-    """An experiment without what it varies; the one run of a study keeps its signals."""
-    alone: dict[str, Any] = {"sweep": SweepConfig(), "ensemble": SweepConfig(), "study": None}
-    if experiment.study is not None and experiment.store.signals == "none":
-        alone["store"] = experiment.store.model_copy(update={"signals": "all"})
-    return experiment.model_copy(update=alone | {"detection": DetectionConfig()})

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Literal, Unpack
 from hydrofdi.api.results import Results
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.values import shown_in
-from hydrofdi.engine import available_cores
 from hydrofdi.errors import ConfigError, SweepInterrupted
 from hydrofdi.execution.folders import (
     Explanation,
@@ -145,11 +144,11 @@ def plan(
     >>> plan.reasons
     {'new': 2}
     """
-    workers = available_cores() if workers is None else count_of("workers", workers)
+    n_worker = None if workers is None else count_of("workers", workers)
     loaded = load_experiment({} if experiment is None else experiment, settings)
     with shown_in(loaded.units):
         directory = experiment_directory(loaded, None if out is None else path_of(out))
-        return planned(loaded, directory, workers, retry_failed=retry_failed)
+        return planned(loaded, directory, n_worker, retry_failed=retry_failed)
 
 
 def sweep(

@@ -55,7 +55,7 @@ def measure(
     Exit code 1 if records are rejected or have no number of any indicator, or an indicator fails.
     'hydrofdi indicators' lists what can be measured.
     """
-    from hydrofdi.api.measuring import measured_records
+    from hydrofdi.api.records import measured_records
     from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
     from hydrofdi.indicators.measuring import Counted
@@ -90,7 +90,7 @@ def _form(form: str | None, out: Path | None) -> str:
 def _write(
     form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
 ) -> None:
-    from hydrofdi.api.measuring import write_measures
+    from hydrofdi.api.records import write_measures
     from hydrofdi.report.measures import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
@@ -147,7 +147,6 @@ def diagnose(
 
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
-    from hydrofdi.diagnosis.answer import visible_text
     from hydrofdi.settings.messages import percent
     from hydrofdi.tables.answer import Strong
 
@@ -167,7 +166,7 @@ def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
         yield from ("", Strong("; ".join(f"{titles[name]}: {n}" for name, n in found.counts.items())))
     healthy = next((each for each in found.records if each.name == "healthy"), None)
     if healthy:
-        yield f"Would have been seen from this size on: {visible_text(healthy.findings)}"
+        yield f"Would have been seen from this size on: {found.visible_text(healthy)}"
     for record in [*reversed(faults.values())][:_MOST_FAULTS]:
         finding, titles = record.findings[0], {each.name: each.title for each in record.findings}
         sure = "above 99.9 %" if finding.low > 0.999 else f"{percent(finding.low)} to {percent(finding.high)}"

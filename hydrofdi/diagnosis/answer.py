@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from hydrofdi.diagnosis.diagnosing import Diagnosed
+from hydrofdi.diagnosis.diagnosing import Diagnosed, RecordDiagnosis
 from hydrofdi.diagnosis.judging import Finding
 from hydrofdi.settings.messages import HOLE, number_text, percent, readable_unit, typeset
 from hydrofdi.tables.table import Column, Table
@@ -62,6 +61,20 @@ class Diagnosis(Diagnosed):
             *(Column(each, numbers[each], is_shown=False) for each in _HIDDEN),
         ), row="hypothesis")  # fmt: skip
 
+    def visible_text(self, record: RecordDiagnosis) -> str:
+        """Which faults would have been seen from which size on, and which at no size."""
+        sized = sorted(
+            (each.title, each.visible, each) for each in record.findings if not math.isnan(each.visible)
+        )
+        units = [_unit(each, size) for _, size, each in sized]
+        seen = [
+            f"{title} {number_text(convert(size, unit), 2)} {typeset(unit)}"
+            for (title, size, _), unit in zip(sized, units, strict=True)
+            if math.isfinite(size)
+        ]
+        never = [title for title, size, _ in sized if math.isinf(size)]
+        return f"{'; '.join(seen)}." + (f" At no size: {'; '.join(never)}." if never else "")
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as ``hydrofdi diagnose --json`` prints it."""
 
@@ -84,19 +97,6 @@ class Diagnosis(Diagnosed):
             "records": records,
             "remarks": [*self.remarks],
         }
-
-
-def visible_text(findings: Sequence[Finding]) -> str:
-    """Which faults would have been seen from which size on, and which at no size."""
-    sized = sorted((each.title, each.visible, each) for each in findings if not math.isnan(each.visible))
-    units = [_unit(each, size) for _, size, each in sized]
-    seen = [
-        f"{title} {number_text(convert(size, unit), 2)} {typeset(unit)}"
-        for (title, size, _), unit in zip(sized, units, strict=True)
-        if math.isfinite(size)
-    ]
-    never = [title for title, size, _ in sized if math.isinf(size)]
-    return f"{'; '.join(seen)}." + (f" At no size: {'; '.join(never)}." if never else "")
 
 
 def _unit(finding: Finding, size: float) -> str:

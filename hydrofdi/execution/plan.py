@@ -22,6 +22,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.drive import without_contents
 from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.values import ParameterAnswer
+from hydrofdi.engine import available_cores
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.arguments import refusal
@@ -346,9 +347,10 @@ class Plan(ParameterAnswer):
 
 
 def planned(
-    experiment: ExperimentConfig, directory: Path, workers: int, *, retry_failed: bool = False
+    experiment: ExperimentConfig, directory: Path, workers: int | None, *, retry_failed: bool = False
 ) -> Plan:
     """What a sweep of an experiment would do. Writes nothing."""
+    workers = workers or available_cores()
     made = plan_sweep(experiment, directory, retry_failed=retry_failed)
     n_run = len(made.run_ids)
     swept = {*experiment.ensemble.names, *experiment.sweep.names}  # not what a study draws

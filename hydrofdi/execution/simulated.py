@@ -16,13 +16,15 @@ from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.study import condition_label
 from hydrofdi.engine import InProcessEngine, limited
 from hydrofdi.errors import Issue
-from hydrofdi.records import Channel, RecordBatch, RejectedRecord
+from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.simulation.balances import Outcome
 from hydrofdi.simulation.batch import measured_batch
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import experiment_data as records
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData, StoredRecords
+from hydrofdi.store.names import stored_signals
 
 _log = logging.getLogger(__name__)
 _SECONDS_BETWEEN_LINES = 5.0
@@ -171,3 +173,13 @@ def _alike(runs: Sequence[RunSpec], rows: Sequence[int]) -> list[RunSpec]:
 
 def _period(parameters: RunParameters) -> float | None:
     return records.drive_period(parameters.input, parameters.load.random_force)
+
+
+def records_of_study(stored: ExperimentData, needed: Collection[Channel]) -> RecordSource:
+    """The records of a study: its stored signals where they suffice, else simulated again."""
+    store, name = stored.experiment.store, str(stored.path)
+    signals = {signal for channel, signal in SIGNAL_OF_CHANNEL.items() if channel in needed}
+    signals -= stored.experiment.absent_signals
+    if signals <= stored_signals(store.signals) and store.dtype == "float64":
+        return StoredRecords(stored, name, needed)
+    return SimulatedRecords(stored.experiment, name, needed)

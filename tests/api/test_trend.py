@@ -239,7 +239,7 @@ def test_records_with_dates_in_their_names_have_a_trend(worn, tmp_path, monkeypa
         (tmp_path / f"press {date:%Y-%m-%d}.csv").write_text(header + "".join(part))
     description = tmp_path / "press.yaml"
     description.write_text('files: "press *.csv"\npath: "press {date}.csv"\n')
-    monkeypatch.setattr("hydrofdi.api.trend.measure", None)  # before anything is measured
+    monkeypatch.setattr("hydrofdi.api.diagnosis.measure", None)  # before anything is measured
     with pytest.raises(DataError, match="has no date"):
         hydrofdi.trend(description)
     description.write_text(description.read_text() + 'date: "{date}"\n')
@@ -274,7 +274,7 @@ def test_records_with_a_time_column_of_dates_have_a_trend(tmp_path, form):
 
 
 def test_too_few_files_are_refused_before_they_are_measured(tmp_path, monkeypatch):
-    monkeypatch.setattr("hydrofdi.api.trend.measure", None)
+    monkeypatch.setattr("hydrofdi.api.diagnosis.measure", None)
     for day in range(1, 4):
         rows = "".join(f"2026-01-0{day}T06:00:00.{n:03}Z,{n % 7}\n" for n in range(500))
         (tmp_path / f"q{day}.csv").write_text("time,P1 [bar]\n" + rows)

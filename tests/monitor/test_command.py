@@ -122,7 +122,7 @@ def test_a_full_disk_behind_standard_output_is_no_bug(machine):
 def test_sigterm_before_the_detector_is_read_is_exit_code_0(machine):
     before_reading = """
 import os, signal, sys
-from hydrofdi.api.detectors.detector import Detector
+from hydrofdi.api.detector import Detector
 read = Detector.load
 Detector.load = lambda file: (os.kill(os.getpid(), signal.SIGTERM), read(file))[1]
 from hydrofdi.cli.app import main

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from hydrofdi.api.detectors.detector import Detector
+from hydrofdi.api.detector import Detector
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.detector import Detector as Trained
 from hydrofdi.detectors.trained.file import Made

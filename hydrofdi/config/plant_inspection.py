@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hydrofdi.config.plant import INPUTS, OUTPUTS
 from hydrofdi.fmi.fmu import Model, Variable, read_model
 from hydrofdi.settings.files import yaml_text
 from hydrofdi.settings.messages import counted, number_text
@@ -34,9 +35,6 @@ _USUAL = {
     "internal_leakage_flow": r"leak",
 }
 """Signal → how variables of it are usually called, in small letters."""
-
-Units = Mapping[str, str]
-"""Signal → its unit."""
 
 _LEAK = r"leak|seal|(?:^|[._])k_?il?$"
 """How parameters that set the internal leakage are usually called."""
@@ -116,7 +114,7 @@ def _text(value: Any) -> str:
     return number_text(value) if isinstance(value, float) else str(value)
 
 
-def inspect_plant(path: Path, inputs: Units, outputs: Units) -> PlantInspection:
+def inspect_plant(path: Path) -> PlantInspection:
     """Read what an FMU says of itself, and propose which variables are the signals; nothing is executed."""
     model = read_model(path)
     interfaces = {"co-simulation": model.source.coSimulation, "model exchange": model.source.modelExchange}
@@ -135,20 +133,18 @@ def inspect_plant(path: Path, inputs: Units, outputs: Units) -> PlantInspection:
             }
             for each in model.variables.values()
         ],
-        _proposal(model, str(path), inputs, outputs),
+        _proposal(model, str(path)),
     )  # fmt: skip
 
 
-def _proposal(model: Model, path: str, known_inputs: Units, known_outputs: Units) -> str:
+def _proposal(model: Model, path: str) -> str:
     """An experiment on an FMU, with the variables whose names and units suggest what they are."""
     taken: set[str] = set()
-    inputs = {name: text for name in known_inputs if (text := _found(model, name, known_inputs, True, taken))}
+    inputs = {name: text for name in INPUTS if (text := _found(model, name, taken))}
     free = [each for each in model.variables.values() if each.causality == "input" and not each.is_array]
     if "input_voltage" not in inputs and len(free) == 1 and not inputs:
         inputs["input_voltage"] = _written(free[0], "V")
-    outputs = {
-        name: text for name in known_outputs if (text := _found(model, name, known_outputs, False, taken))
-    }
+    outputs = {name: text for name in OUTPUTS if (text := _found(model, name, taken))}
     plant: dict[str, Any] = {
         "fmu": path,
         "inputs": inputs or {"input_voltage": "…"},
@@ -180,9 +176,9 @@ def _proposal(model: Model, path: str, known_inputs: Units, known_outputs: Units
     return yaml_text(experiment)
 
 
-def _found(model: Model, signal: str, known: Units, is_input: bool, taken: set[str]) -> str:
+def _found(model: Model, signal: str, taken: set[str]) -> str:
     """The variable that is probably a signal; empty if none is."""
-    needed = known[signal]
+    is_input, needed = signal in INPUTS, {**INPUTS, **OUTPUTS}[signal]
     candidates = [
         each
         for each in model.variables.values()

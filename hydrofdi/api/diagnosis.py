@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.diagnosis.histories import (
     Score,
     balance_of,
@@ -23,13 +22,16 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.selection import Indicators, assumed_plants, indicators_of, of_machine
+from hydrofdi.records import Channel
 from hydrofdi.records.times import FIRST_DATE, instant
-from hydrofdi.settings.arguments import positive_of, refusal
+from hydrofdi.settings.arguments import Names, Texts, names_of, positive_of, refusal
 from hydrofdi.settings.messages import nearest
 from hydrofdi.units import parse_quantity, stated_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from hydrofdi.diagnosis.answer import Diagnosis
 
 _LEAST_RATE = 0.002
 
@@ -143,6 +145,8 @@ def trend(
 def _history_of_records(
     data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
 ) -> History:
+    from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+
     sources = open_records(data, said=said)
     require_files(sources)
     chosen = indicators_of(indicator or balance_of(sources))
@@ -183,3 +187,70 @@ def _limit_of(limit: Any, unit: str) -> float:
     if not math.isfinite(value):
         raise ConfigError(f"limit: must be finite; found {limit!r}")
     return value
+
+
+def diagnose(
+    data: Any,
+    history: Any = None,
+    indicators: Indicators = "flow_balance",
+    *,
+    healthy: str | int | Sequence[str | int] = (),
+    sampling_frequency: str | float | None = None,
+    channel: Names = None,
+    unit: Names = None,
+    label: Texts = None,
+) -> Diagnosis:
+    """Name the fault that records of a machine show, or say that nothing is wrong.
+
+    Parameters
+    ----------
+    data : path, results, array_like, mapping, DataFrame, Dataset, or list of these
+        Records with P1, x, and u or the spool position; better with P2. As for `hydrofdi.measure`. Of
+        labelled records, those that are not healthy. All records are cut into pieces of 20 s, or of the
+        shortest record of 10 s or more.
+    history : same, optional
+        Healthy records of the same machine, at least three, better twelve, of other days. By default the
+        healthy ones of labelled records; if there are none, the data sheet takes their place.
+    indicators : str, path, or mapping, optional
+        A file or mapping of indicators as for `hydrofdi.measure`, of which ``flow_balance`` has the options.
+    healthy : str, int, or sequence of them, optional
+        Labels of healthy records, besides those that descriptions name.
+    sampling_frequency, channel, unit, label : optional
+        As for `hydrofdi.measure`.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    ConfigError, DataError
+        An argument is invalid, or channels are missing.
+    """
+    from hydrofdi.diagnosis.answer import Diagnosis
+    from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
+    from hydrofdi.studies.healthy import HealthyRecords, is_of_study
+
+    said = Described(sampling_frequency, channel, unit)
+    sources = open_records(data, tuple(Channel), replace(said, label=label))
+    is_own, names = history is None, tuple(names_of("healthy", healthy, "labels of healthy records"))
+    history_sources = sources if is_own else open_records(history, tuple(Channel), said)
+    for source in (*sources, *history_sources):
+        if is_of_study(source):
+            text = "a study draws another machine for each record; diagnose records of one machine"
+            raise ConfigError(f"{source.name}: {text}")
+    known = HealthyRecords(history_sources, names)
+    is_one = is_own and known.is_unlabelled
+    past = [] if is_one else [*known.batches()]
+    if is_own and not is_one:
+        asked = [*HealthyRecords(sources, names, is_faulty=True).batches()]
+    else:
+        asked = [batch for source in sources for batch in source.batches()]
+    if not asked:
+        raise ConfigError(f"{known.name}: all records are healthy; there is none to diagnose")
+    used = sources if is_own else [*sources, *history_sources]
+    chosen = indicators_of(indicators).values()
+    stated = [each.options.model_dump(exclude_unset=True) for each in chosen if each.name == "flow_balance"]
+    if len(stated) != 1:
+        raise ConfigError(f"diagnose needs one flow_balance; {len(stated)} are among the indicators")
+    return Diagnosis(**vars(diagnose_records(asked, past, used, stated[0])))

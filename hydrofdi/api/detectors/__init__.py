@@ -1,1 +1,0 @@
-"""Detectors that are trained, and judge records and streams."""

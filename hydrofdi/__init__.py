@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.sweeps import verify as verify
     from hydrofdi.api.sweeps import why as why
     from hydrofdi.config import load_experiment as load_experiment
-    from hydrofdi.diagnosis.answer import Diagnosis as Diagnosis
+    from hydrofdi.diagnosis.diagnosing import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
     from hydrofdi.execution.exporting import Exported as Exported
     from hydrofdi.settings.files import schema as schema
@@ -68,7 +68,7 @@ _HOMES = {
         "api.streams": "monitor_fleet replay",
         "api.sweeps": "calibrate check collect plan rerun status sweep verify why",
         "config": "load_experiment",
-        "diagnosis.answer": "Diagnosis",
+        "diagnosis.diagnosing": "Diagnosis",
         "errors": "HydrofdiError",
         "execution.exporting": "Exported",
         "settings.files": "schema",

@@ -197,15 +197,15 @@ def similar_units(text: str, unit: str) -> list[str]:
     plain = _BARE_POWER.sub(lambda power: "²³"[int(power[1]) - 2], text.strip(" .")[:MOST_CHARACTERS])
     plain = re.sub(r"(?<=\w)[-.](?=[A-Za-z])", "·", plain)
     pieces, words = _WORD.split(plain), _WORD.findall(plain)
-    wanted, found = parse_unit(unit).exponents, []
+    wanted, readings = parse_unit(unit).exponents, []
     for chosen in islice(product(*map(_meant, words)), _MOST_READINGS):
         reading = "".join(piece + word for piece, word in zip(pieces, [*chosen, ""], strict=True))
         try:
             if parse_unit(reading).exponents == wanted:
-                found.append(reading)
+                readings.append(reading)
         except ValueError:
             continue
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(readings))
 
 
 def _meant(word: str) -> list[str]:
@@ -215,8 +215,8 @@ def _meant(word: str) -> list[str]:
     small = word.lower()
     if spelt := [unit for unit, names in SPELLINGS.items() if small in names.split()]:
         return spelt
-    found = [known for known in _KNOWN if known.lower() == small and known not in _UNLIKELY]
-    return [known for known in found if word != small and known[0] == word[0]] or found
+    units = [known for known in _KNOWN if known.lower() == small and known not in _UNLIKELY]
+    return [known for known in units if word != small and known[0] == word[0]] or units
 
 
 _NUMBER = re.compile(r"\s*([-+]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*)", re.DOTALL)
@@ -248,11 +248,11 @@ def parse_quantity(text: str, unit: str) -> float:
         example = "1.5" if unit == "1" else f"1.5 {unit}"
         raise ValueError(f"{text!r} is not a number with a unit; write it like {example!r}")
     wanted = parse_unit(unit)
-    found = _given_unit(match[2].strip() or unit, unit)
-    if found.exponents != wanted.exponents:
+    given = _given_unit(match[2].strip() or unit, unit)
+    if given.exponents != wanted.exponents:
         needed = "be a number or a percentage" if unit == "1" else f"be convertible to {unit}"
         raise ValueError(f"{text!r} has the wrong unit; it must {needed}")
-    return _scaled(match[1], found.factor / wanted.factor) + zero_of(match[2])
+    return _scaled(match[1], given.factor / wanted.factor) + zero_of(match[2])
 
 
 def parse_si(text: str) -> float:

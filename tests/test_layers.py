@@ -58,7 +58,7 @@ HOMES = {
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua.py",),
     "cryptography": ("monitor/opcua.py",),
-    "fmpy": ("fmi/",),
+    "fmpy": ("fmi.py",),
     "prometheus_client": ("monitor/metrics.py",),
 }
 """Outside library → where it may be imported."""

@@ -43,6 +43,9 @@ def test_unknown_key_gets_the_key_that_it_means(key, meant):
         ("actuator.piston_area", "1963", "'1963 mm^2'", "'1963 m^2'"),
         ("actuator.inclination", 90.0, "90 deg; found 90 rad", "1.5"),
         ("fluid.bulk_modulus", "1754", "'1754 MPa'", "Pa' or 'k"),
+        ("K_i", "0.1 L/min", "leakage.internal_flow", "kg"),
+        ("sweep.grid.K_i", [0, "0.1 L/min"], "leakage.internal_flow", "kg"),
+        ("sweep.grid.EBM", {"from": 1e8, "to": 2e8, "number": 3}, "did you mean 'num'", "'count'"),
     ],
 )  # fmt: skip
 def test_a_message_on_a_number_suggests_the_units_in_which_it_is_usual(key, wrong, told, never):

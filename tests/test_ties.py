@@ -8,8 +8,7 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.catalogue.spectra import _lines
 from hydrofdi.indicators.catalogue.transients import half_periods, jumps
 from hydrofdi.monitor.opcua import Joiner, NodeValue
-from hydrofdi.records.cutting import Stroke, edges, find_stroke, short_stroke
-from hydrofdi.records.recording import Recording, _resampled
+from hydrofdi.records.recording import Recording, Stroke, _resampled, edges, find_stroke, short_stroke
 from hydrofdi.records.streams import Chunk, EvenStream
 from hydrofdi.settings.messages import shown_quantity
 

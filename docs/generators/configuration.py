@@ -64,7 +64,7 @@ MONITOR = """
 
 A monitor may also read the description of the files that its detector was trained on: what names and labels
 files is ignored, as are `zone`, `mqtt` and `opcua` where files are read. What would change the samples
-(`trim`, `cycles`, `segment`, `normalize`, `resample`) is refused.
+(`trim`, `cycles`, `segment`, `resample`) is refused.
 """
 
 FLEET = """

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.diagnosis.histories import (
+    History,
     Score,
     balance_of,
     history_of_records,
     logged_histories,
     require_files,
 )
-from hydrofdi.diagnosis.trend_answer import TrendAnswer, Trends
-from hydrofdi.diagnosis.trends import History, estimate
+from hydrofdi.diagnosis.trends import TrendAnswer, Trends, estimate
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
@@ -31,7 +31,7 @@ from hydrofdi.units import parse_quantity, stated_unit
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hydrofdi.diagnosis.answer import Diagnosis
+    from hydrofdi.diagnosis.diagnosing import Diagnosis
 
 _LEAST_RATE = 0.002
 
@@ -227,7 +227,7 @@ def diagnose(
     ConfigError, DataError
         An argument is invalid, or channels are missing.
     """
-    from hydrofdi.diagnosis.answer import Diagnosis
+    from hydrofdi.diagnosis.diagnosing import Diagnosis
     from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
     from hydrofdi.studies.healthy import HealthyRecords, is_of_study
 

@@ -214,8 +214,7 @@ def sweep(
     {'ok': 2}
     """
     from hydrofdi.execution.engines import engine_named
-    from hydrofdi.execution.progress import watching
-    from hydrofdi.execution.sweeping import run_sweep
+    from hydrofdi.execution.sweeping import run_sweep, watching
 
     with watching(progress) as watcher:
         loaded = load_experiment({} if experiment is None else experiment, settings)

@@ -124,8 +124,8 @@ def indicators(
     name: Annotated[str | None, typer.Argument(help="Indicator to describe, with its options.")] = None,
 ) -> Found:
     """List the indicators, or describe one."""
+    from hydrofdi.api.records import indicators_table
     from hydrofdi.indicators.registry import describe, indicator_names
-    from hydrofdi.indicators.selection import indicators_table
     from hydrofdi.records import Channel
     from hydrofdi.tables.answer import Reply
     from hydrofdi.tables.table import plain

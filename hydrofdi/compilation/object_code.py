@@ -67,8 +67,8 @@ def _source_hash(room: str) -> str:
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     rooms = sorted({"compilation", "physics", room})
-    modules = (file for each in rooms for file in package.glob(f"{each}.py"))
-    for file in sorted([*modules, *(file for each in rooms for file in (package / each).rglob("*.py"))]):
+    modules = (file for name in rooms for file in package.glob(f"{name}.py"))
+    for file in sorted([*modules, *(file for name in rooms for file in (package / name).rglob("*.py"))]):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -123,7 +123,7 @@ def recorded_kernel(function: _Kernel) -> _Kernel:
     @wraps(function)
     def call(*arguments: Any) -> None:
         dynamic = tuple(filter(is_dynamic, arguments))
-        key = tuple(_type_of(each) if is_dynamic(each) else each for each in arguments)
+        key = tuple(_type_of(argument) if is_dynamic(argument) else argument for argument in arguments)
         if key not in calls:
             calls[key] = _prepared(function, key, dynamic, lambda *_: _recorded_code(function, arguments))
         calls[key](*dynamic)

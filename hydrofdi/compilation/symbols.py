@@ -133,12 +133,12 @@ class Memory:
         return {"f8": _REAL, "i8": _INTEGER}[self._dtype.str[1:]]
 
     def _part(self, index: Any) -> Memory:
-        pointer, places = self._pointer, index if isinstance(index, tuple) else (index,)
-        for place, stride in zip(places, self._strides, strict=False):
-            if isinstance(place, int) and place < 0:
+        pointer, indices = self._pointer, index if isinstance(index, tuple) else (index,)
+        for number, stride in zip(indices, self._strides, strict=False):
+            if isinstance(number, int) and number < 0:
                 raise IndexError("an index from the end needs the size of a symbol")
-            pointer = _moved(pointer, place * stride)
-        return Memory(pointer, self._dtype, self.shape[len(places) :], self._strides[len(places) :])
+            pointer = _moved(pointer, number * stride)
+        return Memory(pointer, self._dtype, self.shape[len(indices) :], self._strides[len(indices) :])
 
 
 def _moved(pointer: Any, offset: Any) -> Any:

@@ -19,7 +19,7 @@ from hydrofdi.config.values import LAWS, argument_values, require_law
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import Source, scalar
-from hydrofdi.settings.messages import brief, describe_error, nearest
+from hydrofdi.settings.messages import brief, describe_error, nearest, similar
 from hydrofdi.settings.quantities import SI
 from hydrofdi.units import parse_quantity
 
@@ -317,7 +317,8 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
         kind = "linspace" if "count" in roles else "steps"
         stated = {kind: [roles.pop("first"), roles.pop("last"), *roles.values()]}
     if len(stated) != 1 or not stated.keys() <= _GENERATORS.keys():
-        source.report(path, f"{_AXIS}; found {brief(stated)}")
+        meant = "".join(similar(key, [*_ENDS, *_GENERATORS]) for key in stated if key not in _ENDS)
+        source.report(path, f"{_AXIS}; found {brief(stated)}{meant}")
         return []
     ((kind, arguments),) = stated.items()
     path = (*path, kind)

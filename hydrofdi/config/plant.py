@@ -13,7 +13,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, WithJsonSchema, field_va
 from hydrofdi.config.drive import ControlConfig, RecordConfig, is_whole
 from hydrofdi.config.machine import LeakageConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.fmi.fmu import Model, Variable, digest_of, read_model
+from hydrofdi.fmi import Model, Variable, digest_of, read_model
 from hydrofdi.records import Channel
 from hydrofdi.settings.files import located
 from hydrofdi.settings.messages import nearest

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.config.plant import INPUTS, OUTPUTS
-from hydrofdi.fmi.fmu import Model, Variable, read_model
+from hydrofdi.fmi import Model, Variable, read_model
 from hydrofdi.settings.files import yaml_text
 from hydrofdi.settings.messages import counted, number_text
 from hydrofdi.tables.answer import Answer, Piece, Strong

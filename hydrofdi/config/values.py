@@ -29,7 +29,7 @@ from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import first_reason, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.quantities import Section, field_quantity
 from hydrofdi.tables.answer import Answer, Piece
-from hydrofdi.tables.table import TEXT_WIDTH
+from hydrofdi.tables.table import TEXT_WIDTH, Column
 from hydrofdi.units import convert
 
 Quantiles = Callable[..., NDArray[Any]]
@@ -206,6 +206,17 @@ def shown_parameter(name: str, values: Iterable[Any]) -> ShownParameter:
         return ShownParameter(name, own, unit)
     numbers = [abs(value) for value in values if _is_number(value)]
     return ShownParameter(name, own, readable_unit(own, max(numbers)) if numbers else own)
+
+
+def shown_modulus() -> ShownParameter:
+    """How people read the EBM: in MPa where the experiment is not written in another unit."""
+    return shown_parameter("fluid.bulk_modulus", [1e9])
+
+
+def modulus_column(bulk_moduli: Any) -> Column:
+    """A column of EBM."""
+    shown = shown_modulus()
+    return Column("bulk_modulus", bulk_moduli, "Pa", f"EBM [{shown.unit}]", shown.text)
 
 
 def shown_values(values: Mapping[str, Any]) -> str:

@@ -198,8 +198,8 @@ class FaultBalance:
         reference = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
         supply = reference * (1.0 + more)
         first, second = (
-            np.ascontiguousarray((each - bias) / (1.0 + gain))
-            for each, bias, gain in zip(balance.pressures, errors[:2], errors[2:], strict=True)
+            np.ascontiguousarray((pressure - bias) / (1.0 + gain))
+            for pressure, bias, gain in zip(balance.pressures, errors[:2], errors[2:], strict=True)
         )
         position = np.ascontiguousarray(balance.position)
         weights = weak_weights(half, frequency)

@@ -1,7 +1,8 @@
-"""Diagnosis of opened records: their pieces, which of them can be judged, and the findings on these."""
+"""Diagnosis of opened records: their pieces, which of them can be judged, the findings and the answer."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +18,9 @@ from hydrofdi.indicators.catalogue.balances import BalanceOptions
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, pairs, sketch_of
-from hydrofdi.settings.messages import counted, percent
+from hydrofdi.settings.messages import HOLE, counted, number_text, percent, readable_unit, typeset
+from hydrofdi.tables.table import Column, Table, plain
+from hydrofdi.units import convert
 
 _PIECE, _SHORTEST = 20.0, 10.0
 """Length into which longer records are cut, and least length of a record [s]."""
@@ -32,6 +35,9 @@ _NOTHING_SEEN = (
     "most faults could not be seen at any size: the model explains too little of this machine, or numbers are"
     " not finite ('hydrofdi measure' states the misfit of flow_balance)"
 )
+
+_HIDDEN = ("low", "high", "size_low", "size_high", "visible")
+"""Numbers of a finding that only programs see in the table."""
 
 U, SPOOL, SUPPLY = Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
 
@@ -56,8 +62,8 @@ class RecordDiagnosis:
 
 
 @dataclass(frozen=True, repr=False)
-class Diagnosed:
-    """Which fault each record shows.
+class Diagnosis:
+    """Which fault each record shows, as `hydrofdi.diagnose` returns it.
 
     Attributes
     ----------
@@ -80,13 +86,70 @@ class Diagnosed:
         """Name of the most probable hypothesis → number of records; the most frequent first."""
         return dict(Counter(record.name for record in self.records if record.name).most_common())
 
+    @property
+    def table(self) -> Table:
+        """A row for each record and named hypothesis, the most probable first.
+
+        ``record``, ``name``, its ``title``, ``probability`` with ``low`` and ``high``; in SI ``size`` with
+        ``size_low`` and ``size_high``, and the size from which on the fault is ``visible``.
+        """
+        rows = [(record.record_id, finding) for record in self.records for finding in record.named]
+        findings = [finding for _, finding in rows]
+        values = {
+            name: [getattr(finding, name) for finding in findings]
+            for name in ("title", "probability", "size", "name", *_HIDDEN)
+        }
+        likelihoods = ["above 99.9 %" if p > 0.999 else percent(p) for p in values["probability"]]
+        shown, names = [_size_text(finding) for finding in findings], [name for name, _ in rows]
+        return Table((
+            Column("record", names, is_text=True, is_shown=len(self.records) > 1),
+            Column("title", values["title"], title="fault", is_text=True),
+            Column("probability", values["probability"], title="probability", text=likelihoods),
+            Column("size", values["size"], title="size", text=shown),
+            Column("name", values["name"], is_text=True, is_shown=False),
+            *(Column(name, values[name], is_shown=False) for name in _HIDDEN),
+        ), row="hypothesis")  # fmt: skip
+
+    def visible_text(self, record: RecordDiagnosis) -> str:
+        """Which faults would have been seen from which size on, and which at no size."""
+        sized = sorted(
+            (each.title, each.visible, each) for each in record.findings if not math.isnan(each.visible)
+        )
+        units = [_unit(each, size) for _, size, each in sized]
+        seen = [
+            f"{title} {number_text(convert(size, unit), 2)} {typeset(unit)}"
+            for (title, size, _), unit in zip(sized, units, strict=True)
+            if math.isfinite(size)
+        ]
+        never = [title for title, size, _ in sized if math.isinf(size)]
+        return f"{'; '.join(seen)}." + (f" At no size: {'; '.join(never)}." if never else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as ``hydrofdi diagnose --json`` prints it."""
+        records = [
+            {
+                "record_id": record.record_id,
+                "name": record.name or None,
+                "reason": record.reason or None,
+                "findings": plain(record.findings),
+            }
+            for record in self.records
+        ]
+        return {
+            "sensors": self.sensors,
+            "healthy_records": self.n_healthy,
+            "counts": self.counts,
+            "records": records,
+            "remarks": [*self.remarks],
+        }
+
 
 def diagnose(
     asked: Sequence[RecordBatch],
     healthy: Sequence[RecordBatch],
     sources: Sequence[RecordSource],
     options: Mapping[str, Any],
-) -> Diagnosed:
+) -> Diagnosis:
     """Name the faults that records show.
 
     Parameters
@@ -174,7 +237,7 @@ def diagnose(
     if P2 not in shared:
         remarks.append("with P1 alone, leaks, valve and supply look alike: take the names as hints")
     sensors = " ".join(channel.symbol for channel in Channel if channel in used)
-    return Diagnosed((*records, *rejected), sensors, len(names), tuple(remarks))
+    return Diagnosis((*records, *rejected), sensors, len(names), tuple(remarks))
 
 
 def _pieces(batch: RecordBatch, length: float) -> Iterator[RecordBatch]:
@@ -236,3 +299,17 @@ def _travel(batch: RecordBatch, options: BalanceOptions) -> Array:
     behind = max(1, round(0.05 * batch.sampling_frequency))
     way = np.diff(np.quantile(position, (0.02, 0.98), axis=1), axis=0)[0]
     return np.stack((way, np.std(position[:, behind:] - position[:, :-behind], axis=1)), axis=1)
+
+
+def _unit(finding: Finding, size: float) -> str:
+    return "%" if finding.unit == "1" else readable_unit(finding.unit, size)
+
+
+def _size_text(finding: Finding) -> str:
+    if not math.isfinite(finding.size):
+        return HOLE
+    unit = _unit(finding, finding.size_high)
+    low, size, high = (
+        number_text(convert(each, unit), 2) for each in (finding.size_low, finding.size, finding.size_high)
+    )
+    return f"{size} {typeset(unit)} ({low}–{high})"

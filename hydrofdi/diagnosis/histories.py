@@ -6,18 +6,24 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hydrofdi.diagnosis.trends import History, instant_text
 from hydrofdi.errors import DataError
 from hydrofdi.evaluation.change_point import FEWEST
+from hydrofdi.evaluation.scores import comparable
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.source import MeasuredSource
 from hydrofdi.records.times import FIRST_DATE
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import counted, time_text
+
+DAY = 86400.0
+"""A day [s]."""
 
 _LINE = b'{"line":'
 _HEAD = 1 << 20
@@ -27,6 +33,99 @@ _P1, _P2, _X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.P
 
 _Row = tuple[float, float, float, str]
 """End [s], score, oil temperature [K], and digest of the detector, of a window; empty if it is not known."""
+
+_MOST_POINTS = 400
+"""Most points; more are joined."""
+_FEW = 0.1
+"""Share of the usual number of scores below which a point is left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Scores over time.
+
+    Attributes
+    ----------
+    name, meaning : str
+        Where they are from, and what the score is.
+    unit : str
+        SI unit of the score.
+    time : ndarray, shape (n,)
+        Increasing [s]; since 1970 if it is dated.
+    score, temperature : ndarray, shape (n,)
+        Score, and oil temperature [K], NaN if it is not known.
+    remarks : tuple of str
+        What has to be known of the scores.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    time: Array
+    score: Array
+    temperature: Array
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def is_dated(self) -> bool:
+        """Whether the clock counts from 1970."""
+        return bool(self.time[0] >= FIRST_DATE)
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Medians of the scores of equal spans of time.
+
+    Attributes
+    ----------
+    time, score, temperature : ndarray, shape (n,)
+        [s], unit of the score, [K].
+    n_score : ndarray, shape (n,)
+    is_used : ndarray, shape (n,)
+        False for outliers, and for points without oil temperature if that is compensated.
+    """
+
+    time: Array
+    score: Array
+    temperature: Array
+    n_score: NDArray[np.int64]
+    is_used: NDArray[np.bool_]
+
+
+def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
+    """Points of a history, their span [s], which may be longer than asked for, and remarks."""
+    remarks = list[str]()
+    n_most = np.unique(np.floor(comparable(history.time / span))).size
+    if n_most > _MOST_POINTS:
+        span *= math.ceil(n_most / _MOST_POINTS)
+        remarks.append(f"points of {time_or_days(span)}, because there would be more than {_MOST_POINTS}")
+    starts = np.flatnonzero(np.diff(np.floor(comparable(history.time / span)), prepend=-np.inf))
+    parts = [slice(*ends) for ends in pairwise([*starts.tolist(), history.time.size])]
+    counts = np.array([part.stop - part.start for part in parts])
+    parts = [part for part, n in zip(parts, counts, strict=True) if n >= _FEW * np.median(counts)]
+    if len(parts) < counts.size:
+        remarks.append(f"left out: {counted(counts.size - len(parts), 'point')} of few scores")
+    warm = [history.temperature[part] for part in parts]
+    points = Points(
+        np.array([np.median(history.time[part]) for part in parts]),
+        np.array([np.median(history.score[part]) for part in parts]),
+        np.array([np.mean(part[np.isfinite(part)]) if np.isfinite(part).any() else np.nan for part in warm]),
+        np.array([part.stop - part.start for part in parts]),
+        np.ones(len(parts), dtype=bool),
+    )
+    return points, span, remarks
+
+
+def instant_text(time: float) -> str:
+    """An instant for display, a date if it counts from 1970."""
+    is_dated = time >= FIRST_DATE
+    return f"{datetime.fromtimestamp(time, UTC):%Y-%m-%d %H:%M}" if is_dated else time_text(time)
+
+
+def time_or_days(seconds: float) -> str:
+    """A duration for display."""
+    days = seconds / DAY
+    return counted(round(days), "day") if days >= 0.995 else time_text(seconds)
 
 
 @dataclass(frozen=True)
@@ -115,8 +214,8 @@ def _since_its_detector(
 ) -> History:
     """The windows of the last detector: another one has other scores or limits."""
     rows, first, digest = sorted({*rows}), 0, ""
-    for place, row in enumerate(rows):
-        first = place if digest and row[3] not in ("", digest) else first
+    for index, row in enumerate(rows):
+        first = index if digest and row[3] not in ("", digest) else first
         digest = row[3] or digest
     if first:
         since = instant_text(rows[first][0])

@@ -124,8 +124,8 @@ class Judge:
             return findings
         # A recording that is wired wrongly is undone exactly; only then is it worth the time.
         repaired = {
-            name: signatures(history.balance, each, history.variance)[0][0]
-            for name, each in self._repaired(record)
+            name: signatures(history.balance, other, history.variance)[0][0]
+            for name, other in self._repaired(record)
         }
         return self.judge(own, gain, noise, repaired)
 
@@ -160,19 +160,16 @@ class Judge:
             return []
         history = self.history
         evidence = Evidence(history, signature - history.centre, history.scatter_of(noise), gain)
-        shifts = {
-            each.name: [
-                evidence.shift(each, is_free=is_free)
-                for is_free in ((False, True) if each.free else (False,))
-            ]
-            for each in self.hypotheses
-        }
-        count = len(self.hypotheses)
-        visible = {each.name: evidence.visible(shifts[each.name][0], each, count) for each in self.hypotheses}
-        if np.median([visible[each.name] / each.usual for each in self.hypotheses]) > _MOST_SEEN:
+        shifts, visible = dict[str, list[Shift]](), dict[str, float]()
+        for fault in self.hypotheses:
+            bound = evidence.shift(fault, is_free=False)
+            shifts[fault.name] = [bound, *([evidence.shift(fault)] if fault.free else [])]
+            visible[fault.name] = evidence.visible(bound, fault, len(self.hypotheses))
+        if np.median([visible[fault.name] / fault.usual for fault in self.hypotheses]) > _MOST_SEEN:
             return []
         seen = [
-            (each, shifts[each.name] if np.isfinite(visible[each.name]) else ()) for each in self.hypotheses
+            (fault, shifts[fault.name] if np.isfinite(visible[fault.name]) else ())
+            for fault in self.hypotheses
         ]
         dof = history.dof
         # The scatter as estimated, and with the ends of its 95 % interval.
@@ -191,7 +188,7 @@ class Judge:
                 continue
             title = {HEALTHY: "nothing is wrong", NONE: "none of these"}.get(name) or REPAIRS[name]
             advice = "compare the description of the channels with the wiring" if name in REPAIRS else ""
-            alike = (max(shifts, key=lambda each: _cosine(shifts[each][-1])),) if name == NONE else ()
+            alike = (max(shifts, key=lambda other: _cosine(shifts[other][-1])),) if name == NONE else ()
             findings.append(Finding(name, title, "", advice, own[0], min(own), max(own), looks_like=alike))
         return findings
 

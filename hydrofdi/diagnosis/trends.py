@@ -1,127 +1,34 @@
-"""Trend of a score: its history as points, the evidence of a change, and estimates with intervals."""
+"""Trend of a score: the evidence of a change in its history, estimates with intervals, and the answer."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property
-from itertools import pairwise
+from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hydrofdi.errors import DataError
+from hydrofdi.diagnosis.histories import DAY, History, Points, instant_text, points_of, time_or_days
+from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, inliers
-from hydrofdi.evaluation.scores import Estimate, comparable
-from hydrofdi.records.times import FIRST_DATE
-from hydrofdi.settings.messages import counted, time_text
-
-Array = NDArray[np.float64]
-
-DAY = 86400.0
-"""A day [s]."""
+from hydrofdi.evaluation.scores import Estimate
+from hydrofdi.records import Array
+from hydrofdi.settings.messages import counted, number_text, percent, plain, readable_unit, typeset
+from hydrofdi.tables.answer import Answer, Piece, Strong
+from hydrofdi.tables.table import Column, Table, quantity
+from hydrofdi.tables.table import plain as for_json
+from hydrofdi.units import convert
 
 _KNOWN, _VARIES = 0.75, 1.0
 """Least share of points with an oil temperature, and least standard deviation of it [K], to compensate it."""
 
-_MOST_POINTS = 400
-"""Most points; more are joined."""
-_FEW = 0.1
-"""Share of the usual number of scores below which a point is left out."""
-
-
-@dataclass(frozen=True, eq=False)
-class History:
-    """Scores over time.
-
-    Attributes
-    ----------
-    name, meaning : str
-        Where they are from, and what the score is.
-    unit : str
-        SI unit of the score.
-    time : ndarray, shape (n,)
-        Increasing [s]; since 1970 if it is dated.
-    score, temperature : ndarray, shape (n,)
-        Score, and oil temperature [K], NaN if it is not known.
-    remarks : tuple of str
-        What has to be known of the scores.
-    """
-
-    name: str
-    meaning: str
-    unit: str
-    time: Array
-    score: Array
-    temperature: Array
-    remarks: tuple[str, ...] = ()
-
-    @property
-    def is_dated(self) -> bool:
-        """Whether the clock counts from 1970."""
-        return bool(self.time[0] >= FIRST_DATE)
-
-
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Medians of the scores of equal spans of time.
-
-    Attributes
-    ----------
-    time, score, temperature : ndarray, shape (n,)
-        [s], unit of the score, [K].
-    n_score : ndarray, shape (n,)
-    is_used : ndarray, shape (n,)
-        False for outliers, and for points without oil temperature if that is compensated.
-    """
-
-    time: Array
-    score: Array
-    temperature: Array
-    n_score: NDArray[np.int64]
-    is_used: NDArray[np.bool_]
-
-
-def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
-    """Points of a history, their span [s], which may be longer than asked for, and remarks."""
-    remarks = list[str]()
-    n_most = np.unique(np.floor(comparable(history.time / span))).size
-    if n_most > _MOST_POINTS:
-        span *= math.ceil(n_most / _MOST_POINTS)
-        remarks.append(f"points of {time_or_days(span)}, because there would be more than {_MOST_POINTS}")
-    starts = np.flatnonzero(np.diff(np.floor(comparable(history.time / span)), prepend=-np.inf))
-    parts = [slice(*ends) for ends in pairwise([*starts.tolist(), history.time.size])]
-    counts = np.array([part.stop - part.start for part in parts])
-    parts = [part for part, n in zip(parts, counts, strict=True) if n >= _FEW * np.median(counts)]
-    if len(parts) < counts.size:
-        remarks.append(f"left out: {counted(counts.size - len(parts), 'point')} of few scores")
-    warm = [history.temperature[part] for part in parts]
-    points = Points(
-        np.array([np.median(history.time[part]) for part in parts]),
-        np.array([np.median(history.score[part]) for part in parts]),
-        np.array([np.mean(part[np.isfinite(part)]) if np.isfinite(part).any() else np.nan for part in warm]),
-        np.array([part.stop - part.start for part in parts]),
-        np.ones(len(parts), dtype=bool),
-    )
-    return points, span, remarks
-
-
-def instant_text(time: float) -> str:
-    """An instant for display, a date if it counts from 1970."""
-    is_dated = time >= FIRST_DATE
-    return f"{datetime.fromtimestamp(time, UTC):%Y-%m-%d %H:%M}" if is_dated else time_text(time)
-
-
-def time_or_days(seconds: float) -> str:
-    """A duration for display."""
-    days = seconds / DAY
-    return counted(round(days), "day") if days >= 0.995 else time_text(seconds)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TrendEstimates:
-    """Estimates of the trend of a score.
+class TrendAnswer(Answer):
+    """The trend of a score: estimates, and what they say in sentences, a table and plain data.
 
     Attributes
     ----------
@@ -220,10 +127,227 @@ class TrendEstimates:
         """Change of the score with the oil temperature [unit/K]; None if it is not compensated."""
         return self._of(self.draws.slopes[:, 0]) if self.is_compensated else None
 
+    @cached_property
+    def _unit(self) -> str:
+        sizes = [float(np.abs(self.points.score).max()), self.limit or 0.0]
+        return readable_unit(self.history.unit, max(sizes))
+
+    @property
+    def factor(self) -> float:
+        """Shown over stored values of the score."""
+        return 1.0 if self._unit == self.history.unit else convert(1.0, self._unit)
+
+    @property
+    def shown_unit(self) -> str:
+        """Unit for display; empty if there is none."""
+        return "" if self._unit == "1" else typeset(self._unit)
+
+    def amount(self, value: float) -> str:
+        """A score for display."""
+        return f"{number_text(float(value), 3, self.factor)} {self.shown_unit}".rstrip()
+
+    def when(self, time: float) -> str:
+        """An instant for display."""
+        if math.isinf(time):
+            return "before the history" if time < 0 else f"not within {time_or_days(self.duration)}"
+        if self.every < DAY / 2:
+            return instant_text(time)
+        return instant_text(time)[:10] if self.history.is_dated else f"day {plain(time / DAY, 4)}"
+
+    def _range(self, interval: Estimate, text: Callable[[float], str]) -> str:
+        """A value and its interval; a unit that all have stands once."""
+        value, low, high = (text(each) for each in (interval.value, interval.low, interval.high))
+        unit = f" {self.shown_unit}" if text == self.amount and self.shown_unit else ""
+        return f"{value} ({low.removesuffix(unit)} to {high})"
+
+    @property
+    def answer(self) -> str:
+        """Whether there is a trend, since when, and when the limit is reached, in one or two sentences."""
+        span = time_or_days(self.duration)
+        if self.onset is None:
+            level = self._range(self.level_now, self.amount)
+            return f"No trend in {span} (p = {self.p_value:.2g}): the {self.history.meaning} is {level}."
+        word = "growing" if self.level_now.value >= self.level_before.value else "falling"
+        first = f"The {self.history.meaning} has been {word} since {self._range(self.onset, self.when)}."
+        if self.limit is None or self.reached is None:
+            return first
+        limit, at = self.amount(self.limit), self.reached
+        end = self.horizon - self.duration
+        if at.high == -math.inf:
+            return f"{first} It was beyond {limit} before."
+        if at.value > self.horizon:
+            chance = self.probability(self.horizon)
+            early = f", with {percent(chance)} within that time" if at.low <= self.horizon else ""
+            return f"{first} It most probably does not reach {limit} within {span}{early}."
+        on = "on" if self.history.is_dated else "at"
+        verb = "reached" if at.value <= end else "reaches"
+        return f"{first} It {verb} {limit} {on} {self._range(at, self.when)}."
+
+    def parts(self) -> Iterator[Piece]:
+        """The history, its evidence, and the answer."""
+        yield from (Strong(self.history.name), self._facts(), Strong(self.answer))
+
+    def asides(self) -> Iterator[str]:
+        """The remarks."""
+        return (f"note: {remark}" for remark in self.remarks)
+
+    def _facts(self) -> dict[str, str]:
+        """What stands beside the answer."""
+        points, used = self.points, int(self.points.is_used.sum())
+        left = f", {len(points.time) - used} left out" if used < len(points.time) else ""
+        ends = f"{self.when(self.draws.time[0] * DAY)} to {self.when(self.draws.time[-1] * DAY)}"
+        facts = {
+            "history": f"{ends}, {used} points of {time_or_days(self.every)}{left}",
+            "evidence": f"p = {self.p_value:.2g}, a trend if at most {percent(self.false_alarm_rate)}",
+            "intervals": f"{100.0 * self.confidence:g} %",
+        }
+        if self.rate is not None:
+            span = 30.0 * self.every
+            laws = ", ".join(f"{name} {percent(share)}" for name, share in self.laws.items())
+            facts |= {
+                "law": laws,
+                "level before": self._range(self.level_before, self.amount),
+                "level now": self._range(self.level_now, self.amount),
+                "rate now": self._range(
+                    Estimate(*(span * each for each in (self.rate.value, self.rate.low, self.rate.high))),
+                    self.amount,
+                )
+                + f" in {time_or_days(span)}",
+            }
+        if (effect := self.temperature_effect) is not None:
+            facts["oil temperature"] = f"compensated, {self._range(effect, self.amount)} per K"
+        return facts
+
+    @property
+    def table(self) -> Table:
+        """A row for each point: time [s], score, oil temperature [K], and the level with its interval."""
+        points = self.points
+        tail = (1.0 - self.confidence) / 2.0
+        low, level, high = np.quantile(self.draws.levels(points.time / DAY), (tail, 0.5, 1.0 - tail), axis=1)
+        unit, sizes = self.history.unit, [float(np.abs(points.score).max())]
+        return Table(
+            (
+                Column("time", points.time, "s", title="time", text=self.when),
+                quantity("score", points.score, unit, self.history.meaning, sizes=sizes),
+                *(
+                    quantity(name, values, unit, sizes=sizes)
+                    for name, values in (("level", level), ("level_low", low), ("level_high", high))
+                ),
+                Column("oil_temperature", points.temperature, "K"),
+                Column("n_score", points.n_score, title="scores"),
+                Column("is_used", points.is_used, text=lambda each: "" if each else "left out", is_text=True),
+            ),
+            title=f"{self.history.meaning} of {self.history.name}",
+            row="point",
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as ``hydrofdi trend --json`` prints it."""
+        history, reached = self.history, self.reached
+        record: dict[str, Any] = for_json({
+            "source": history.name,
+            "meaning": history.meaning,
+            "unit": history.unit,
+            "clock": "unix" if history.is_dated else "stream",
+            "begin": self._stated(self.draws.time[0] * DAY),
+            "end": self._stated(self.draws.time[-1] * DAY),
+            "horizon": self._stated(self.horizon),
+            "every_s": self.every,
+            "has_trend": self.has_trend,
+            "p_value": self.p_value,
+            "false_alarm_rate": self.false_alarm_rate,
+            "confidence": self.confidence,
+            "onset": self._instants(self.onset),
+            "laws": self.laws if self.has_trend else None,
+            "level_before": self.level_before,
+            "level_now": self.level_now,
+            "rate_per_s": self.rate,
+            "temperature_effect_per_K": self.temperature_effect,
+            "limit": self.limit,
+            "limit_reached": self._instants(reached),
+            "probability_of_limit": None
+            if reached is None
+            else {
+                "until_end": self.probability(self.horizon - self.duration),
+                "until_horizon": self.probability(self.horizon),
+            },
+            "points": self.table,
+            "remarks": self.remarks,
+            "answer": self.answer,
+        })  # fmt: skip
+        return record
+
+    def _stated(self, time: float) -> dict[str, Any]:
+        date = None
+        if self.history.is_dated and math.isfinite(time):
+            date = f"{datetime.fromtimestamp(time, UTC):%Y-%m-%dT%H:%M:%SZ}"
+        return {"time_s": float(time), "date": date}
+
+    def _instants(self, interval: Estimate | None) -> dict[str, Any] | None:
+        if interval is None:
+            return None
+        return {name: self._stated(getattr(interval, name)) for name in ("value", "low", "high")}
+
+    def drawing(self) -> dict[str, Any]:
+        """What a figure shows: points, levels, onset, limit and when it is reached, in units for display."""
+        used, draws = self.points.is_used, self.draws
+        unit = "" if self.history.is_dated else "days" if self.every >= DAY / 2 else "min"
+        span = 60.0 if unit == "min" else DAY
+        values = self.points.score.copy()
+        if self.is_compensated:
+            known = np.isfinite(self.points.temperature)
+            mean = self.points.temperature[used].mean()
+            values[known] -= np.median(draws.slopes[:, 0]) * (self.points.temperature[known] - mean)
+        end = self.horizon if self.has_trend and self.limit is not None else self.horizon - self.duration
+        instants, tail = np.linspace(self.points.time[0], end, 300), (1.0 - self.confidence) / 2.0
+        levels = np.quantile(draws.levels(instants / DAY), (tail, 0.5, 1.0 - tail), axis=1)
+        onset, reached = (
+            None if interval is None else (interval.value / span, interval.low / span, interval.high / span)
+            for interval in (self.onset, self.reached)
+        )
+        return {
+            "title": self.answer.partition(". ")[0].rstrip("."),
+            "label": f"{self.history.meaning} [{self.shown_unit or '-'}]",
+            "points": (self.points.time / span, self.factor * values, used),
+            "levels": (instants / span, self.factor * levels),
+            "onset": onset,
+            "limit": None if self.limit is None else self.factor * self.limit,
+            "reached": reached,
+            "time_unit": unit,
+        }
+
+
+class Trends(Answer, dict[str, TrendAnswer]):
+    """Machine of a fleet → its trend; `without` has those that have none, with the reason."""
+
+    def __init__(self, trends: Mapping[str, TrendAnswer], without: Mapping[str, DataError]) -> None:
+        super().__init__(trends)
+        self.without = {machine: str(error) for machine, error in without.items()}
+
+    def parts(self) -> Iterator[Piece]:
+        """The answer of each machine."""
+        for machine, each in self.items():
+            yield (Strong if each.has_trend else str)(f"{machine}: {each.answer}")
+
+    def asides(self) -> Iterator[str]:
+        """False trends that are expected, remarks, and machines without a trend."""
+        n_false = len(self) * next(iter(self.values())).false_alarm_rate
+        yield f"note: of as many machines without a change, {n_false:.2g} would have a trend"
+        yield from dict.fromkeys(f"note: {text}" for each in self.values() for text in each.remarks)
+        yield from (f"note: {reason}" for reason in self.without.values())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as ``hydrofdi trend --json`` prints it."""
+        return {"machines": {name: each.to_dict() for name, each in self.items()}, "without": self.without}
+
+    def plot(self) -> NoReturn:
+        """A figure is of one machine."""
+        raise ConfigError(f"figure: is of one machine; choose it with 'machine': {', '.join(self)}")
+
 
 def estimate(
     history: History, span: float, limit: float | None, false_alarm_rate: float, confidence: float
-) -> TrendEstimates:
+) -> TrendAnswer:
     """Estimates of the trend of a history, in points of a span [s].
 
     Raises
@@ -253,6 +377,6 @@ def estimate(
     if not is_compensated:
         remarks.append("the oil temperature is not compensated: its seasons may look like a trend")
     notes = (*history.remarks, *remarks)
-    return TrendEstimates(
+    return TrendAnswer(
         history, points, span, p_value, draws, limit, false_alarm_rate, confidence, is_compensated, notes
     )

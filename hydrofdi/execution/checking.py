@@ -18,8 +18,8 @@ from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, un
 from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.config.values import ParameterAnswer, shown_in, shown_values
-from hydrofdi.engine import InProcessEngine, limited
+from hydrofdi.config.values import ParameterAnswer, modulus_column, shown_in, shown_values
+from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.execution.compute import Job, compute_columns, split_jobs
@@ -32,7 +32,6 @@ from hydrofdi.quality.machine import (
     step_limits,
     too_long_sentence,
 )
-from hydrofdi.report.runs import modulus_column
 from hydrofdi.settings.messages import K_I_UNIT, counted, number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.settings.messages import plain as plain_number
 from hydrofdi.simulation.calibration import leakage_coefficients
@@ -151,7 +150,7 @@ def checked(experiment: ExperimentConfig) -> Check:
             *experiment_warnings(experiment, distinct),
         ]
     unusual = unusual_parameters(experiment)
-    tabled = {each.sentence for each in unusual}
+    tabled = {parameter.sentence for parameter in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
     return Check(
         step=step,
@@ -165,7 +164,7 @@ def checked(experiment: ExperimentConfig) -> Check:
         sampling_frequency=record.sampling_frequency,
         plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows),
         problems=problems,
-        warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
+        warnings=[warning for warning in dict.fromkeys(warnings) if warning not in tabled],
         units=experiment.units,
     )
 
@@ -176,7 +175,7 @@ def calibrated(experiment: ExperimentConfig, flows: Sequence[float]) -> Table:
     table = expand_runs(experiment.model_copy(update={"sweep": sweep}))
     runs = table.runs[: table.n_swept]
     with limited(experiment.limits.time_per_job):
-        coefficients = leakage_coefficients(runs, InProcessEngine(), {})
+        coefficients = leakage_coefficients(runs)
     return Table((
         quantity("flow", [run.request.leakage.internal_flow for run in runs], "m^3/s", "mean leakage"),
         replace(quantity("coefficient", coefficients, K_I_UNIT, "K_i (orifice)"), text="{:.6g}".format),
@@ -208,12 +207,12 @@ def _mode_of_run(job: Job, row: Mapping[str, Any], labels: Sequence[str]) -> Mod
 _percent = partial(number_text, n_digit=3, scale=100.0)
 
 
-def _modes_table(found: Check) -> Table:
+def _modes_table(check: Check) -> Table:
     """The hydraulic mode of each run."""
-    columns = {name: [mode[name] for mode in found.modes] for name in found.modes[0]}
+    columns = {name: [mode[name] for mode in check.modes] for name in check.modes[0]}
     conditions = [*map(shown_values, columns["labels"])]
-    if not found.figures:  # an FMU, whose equations are unknown
-        ends = [[f"{convert(end, 'MPa'):.4g}" for end in each] for each in columns["pressure_range"]]
+    if not check.figures:  # an FMU, whose equations are unknown
+        ends = [[f"{convert(end, 'MPa'):.4g}" for end in pair] for pair in columns["pressure_range"]]
         return Table((
             Column("conditions", conditions, is_text=True),
             quantity("leakage_coefficient", columns["leakage_coefficient"], "", "coefficient"),
@@ -272,13 +271,10 @@ def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> Selection:
     runs, unreached = list(table.runs.at(chosen)), list[str]()
     required = "none" if experiment.has_scenarios else "any"
     try:
-        coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)  # type: ignore[arg-type]
+        coefficients = leakage_coefficients(runs, required=required)  # type: ignore[arg-type]
     except ConfigError as mistake:
         # A machine that moves too little for its leaks is shown without them: its other figures say why.
-        coefficients, unreached = (
-            leakage_coefficients(runs, InProcessEngine(), {}, required="none"),
-            [str(mistake)],
-        )
+        coefficients, unreached = (leakage_coefficients(runs, required="none"), [str(mistake)])
         if not any(map(math.isfinite, coefficients)):
             raise
     jobs = [
@@ -306,20 +302,20 @@ def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
     return [rows[job.run_id] for job in jobs]
 
 
-def plausibility_table(found: Sequence[Mapping[str, Any]]) -> Table:
+def plausibility_table(ranges: Sequence[Mapping[str, Any]]) -> Table:
     """The quantities, with their usual ranges, in readable units, and what to change."""
 
     def text(low: float, high: float, own: str) -> str:
         unit = readable_unit(own, high)
         ends = dict.fromkeys(
-            plain_number(convert(each, unit) if unit != own else each, 3) for each in (low, high)
+            plain_number(convert(end, unit) if unit != own else end, 3) for end in (low, high)
         )
         return f"{' … '.join(ends)} {typeset(unit)}".removesuffix(" 1").rstrip()
 
     columns = {
-        "quantity": [each["quantity"] for each in found],
-        "here": [text(each["least"], each["largest"], each["unit"]) for each in found],
-        "usual": [text(each["usual"][0], each["usual"][1], each["unit"]) for each in found],
+        "quantity": [row["quantity"] for row in ranges],
+        "here": [text(row["least"], row["largest"], row["unit"]) for row in ranges],
+        "usual": [text(row["usual"][0], row["usual"][1], row["unit"]) for row in ranges],
     }
-    notes = (f"{each['quantity']}: {each['change']}" for each in found if each["change"])
+    notes = (f"{row['quantity']}: {row['change']}" for row in ranges if row["change"])
     return Table.of(columns, title="Plausibility", notes=tuple(notes))

@@ -54,7 +54,7 @@ def said(rules: Iterable[Rule], experiment: ExperimentConfig, distinct: Distinct
 def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """A mode near the edge of a band, if an indicator has the bands of a wavelet transform."""
     made = experiment.indicator_choice.made(experiment.wavelet).values()
-    if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
+    if not any(getattr(indicator.options, "of", indicator.name) in _OF_WAVELETS for indicator in made):
         return
     for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
         if run.plant.fmu is None and is_near_band_edge(run):
@@ -96,8 +96,8 @@ def _doubts_of_fmu(experiment: ExperimentConfig, distinct: Distinct) -> Iterator
         and experiment.value(name) != RunRequest().value(name)
     ]:  # fmt: skip
         yield f"{', '.join(idle)}: of no effect on {plant.name}, but constants of the machine for indicators"
-    for label, each in experiment.indicator_choice.made(experiment.wavelet).items():
-        if names := constants_not_given(each.options):
+    for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
+        if names := constants_not_given(indicator.options):
             yield (
                 f"{label} assumes the machine of the paper for {', '.join(names)}: state yours under"
                 " actuator, supply, fluid and valve"
@@ -123,19 +123,21 @@ def without_results(experiment: ExperimentConfig, distinct: Distinct) -> Iterato
     )
     for n_kept, frequency, period, wavelet in islice(records, MOST_RECORDS):
         channels = (
-            each for each, signal in SIGNAL_OF_CHANNEL.items() if signal not in experiment.absent_signals
+            channel
+            for channel, signal in SIGNAL_OF_CHANNEL.items()
+            if signal not in experiment.absent_signals
         )
         signals = dict.fromkeys(channels, np.broadcast_to(0.0, (1, n_kept)))
         batch = RecordBatch(signals, frequency, ("",), drive_period=period)
-        for label, each in experiment.indicator_choice.made(wavelet).items():
-            if text := each.obstacle(batch):
+        for label, indicator in experiment.indicator_choice.made(wavelet).items():
+            if text := indicator.obstacle(batch):
                 yield f"{label} will have no results: {text}"
 
 
 def other_machines(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """A sentence on each indicator whose constants of the plant are not those of the nominal machine."""
-    for label, each in experiment.indicator_choice.made(experiment.wavelet).items():
-        if text := ", ".join(_differing(experiment, each.options)):
+    for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
+        if text := ", ".join(_differing(experiment, indicator.options)):
             yield f"{label}: the options describe another machine: {text}"
 
 
@@ -163,7 +165,7 @@ def _as_stated(parameter: str, *values: Any) -> list[str]:
 def _free_supply_sensors(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """A sentence on indicators that read the simulated supply pressure because nobody says otherwise."""
     made = experiment.indicator_choice.made(experiment.wavelet)
-    labels = [label for label, each in made.items() if getattr(each.options, "supply", "") == "auto"]
+    labels = [label for label, own in made.items() if getattr(own.options, "supply", "") == "auto"]
     if labels and experiment.supply_sensor.is_default and not experiment.detection.sensors:
         yield (
             f"{', '.join(labels)}: 'supply: auto' reads the simulated supply pressure, without noise, as no"
@@ -182,7 +184,7 @@ def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterat
         for output in indicator.outputs
         if output.is_score and output.direction in (None, Direction.BOTH)
     ]
-    one, both = (rules.records_for_threshold(each) for each in (Direction.RISING, Direction.BOTH))
+    one, both = (rules.records_for_threshold(direction) for direction in (Direction.RISING, Direction.BOTH))
     alarms = f"{100.0 * rules.false_alarm_rate:g} %"
     rule, rate = f"for {alarms} false alarms, {rules.threshold}", "shows no rate of false alarms"
     detection = f"is too few for one level to show {100.0 * rules.probability:g} % detection: that"
@@ -203,14 +205,13 @@ def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterat
 
 def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Indicators that charts watch, each with the instants of its trace [s]."""
-    from hydrofdi.studies.detecting import watched_instants  # only a study loads its rooms
-
     online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
     charts = online.charts.values() if online else ()
     for label in dict.fromkeys(chart.of.partition(".")[0] for chart in charts):
         indicator = made[label]
         assert isinstance(indicator, RecursiveIndicator)
-        yield label, watched_instants(indicator, experiment.nominal_parameters)
+        run = experiment.nominal_parameters
+        yield label, indicator.watched_instants(run.record.sampling_frequency, run.n_discarded)
 
 
 def _charted_records(experiment: ExperimentConfig) -> Iterator[tuple[str, int, int, str]]:
@@ -374,15 +375,15 @@ def plausibility(
     to change if some value is outside, and in how many of them if not in all.
     """
     ranges = [
-        (each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
-        for each in unusual
+        (rare.name, rare.unit, [*map(abs, rare.values)], rare.usual, "check its value and its unit")
+        for rare in unusual
     ]
     for quantity in QUANTITIES if runs[0].plant.fmu is None else ():
         seen: Iterable[tuple[RunParameters, Row]] = zip(runs, rows, strict=True)
         if quantity.sections:
             seen = ((run, {}) for run in distinct(*quantity.sections))
-        own = [value for each in seen if math.isfinite(value := float(quantity.of(*each)))]
-        n_low, n_high = sum(each < quantity.least for each in own), sum(each > quantity.most for each in own)
+        own = [value for run_and_row in seen if math.isfinite(value := float(quantity.of(*run_and_row)))]
+        n_low, n_high = sum(size < quantity.least for size in own), sum(size > quantity.most for size in own)
         change = quantity.below if n_low > n_high else quantity.above if n_high else ""
         n_outside = max(n_low, n_high)
         of_all = counted(len(own), "machine" if quantity.sections else "run")

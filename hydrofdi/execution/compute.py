@@ -90,7 +90,7 @@ def _measured_alike(
 ) -> dict[str, NDArray[Any]]:
     identities = [analysis.identities(job.record_id) for job in jobs]
     columns: dict[str, NDArray[Any]] = {
-        f"{label}{names.ANALYSIS_ID}": np.array([each[label] for each in identities], dtype=object)
+        f"{label}{names.ANALYSIS_ID}": np.array([by_label[label] for by_label in identities], dtype=object)
         for label in analysis.indicators
     }
     batch = _record_batch(jobs, analysis.indicators, period, records).window(analysis.n_discarded)
@@ -222,9 +222,9 @@ def compute_columns(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> C
 def _stored(jobs: Sequence[Job]) -> Columns:
     wanted = set().union(*(needed_signals(job.analysis.indicators) for job in jobs))
     variables = [
-        each
-        for each in names.stored_variables("all")
-        if (each.name in wanted if each.is_signal else each.name not in names.FEATURES)
+        variable
+        for variable in names.stored_variables("all")
+        if (variable.name in wanted if variable.is_signal else variable.name not in names.FEATURES)
     ]
     sizes = {names.TIME: jobs[0].parameters.record.n_sample}
     return gathered([job.stored for job in jobs], variables, sizes)
@@ -234,10 +234,10 @@ def _simulated(jobs: Sequence[Job]) -> Columns:
     """Records of jobs; those that differ in their analysis alone share one."""
     if analysed_alike(jobs):
         return _recorded(jobs)
-    places = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
+    records_of = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
     records, record_of_job = (
-        _recorded([jobs[rows[0]] for rows in places.values()]),
-        indices(places, len(jobs)),
+        _recorded([jobs[rows[0]] for rows in records_of.values()]),
+        indices(records_of, len(jobs)),
     )
     return {name: v if name == names.TIME else v[record_of_job] for name, v in records.items()}
 
@@ -381,12 +381,12 @@ class Recorder:
     @property
     def completed(self) -> int:
         """Number of runs that have ended, with or without a result."""
-        return sum(each.n_run for each in self._receipts) + self._n_lost
+        return sum(receipt.n_run for receipt in self._receipts) + self._n_lost
 
     @property
     def shards(self) -> frozenset[str]:
         """Names of the shards that are stored."""
-        return frozenset(each.shard.name for each in self._receipts)
+        return frozenset(receipt.shard.name for receipt in self._receipts)
 
     @property
     def costs(self) -> dict[str, float]:
@@ -394,7 +394,7 @@ class Recorder:
         seconds = Counter[str]()
         for receipt in self._receipts:
             seconds.update(receipt.seconds)
-        n_measured = sum(each.n_run for each in self._receipts)
+        n_measured = sum(receipt.n_run for receipt in self._receipts)
         return {label: total / n_measured for label, total in seconds.items()}
 
 
@@ -421,8 +421,8 @@ def run_jobs(
     batches = [Batch(batch, directory, store) for batch in split]
     here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
     there = [batch for batch in batches if batch not in here]
-    for place, work in ((InProcessEngine(), here), (engine, there)):
-        for result in run_halving(place, compute_shard, work, Batch.halves, time_limit):
+    for runner, work in ((InProcessEngine(), here), (engine, there)):
+        for result in run_halving(runner, compute_shard, work, Batch.halves, time_limit):
             if result.failure is None:
                 recorder.stored(result.value)
             else:

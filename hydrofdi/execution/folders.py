@@ -247,7 +247,6 @@ def explained(directory: Path, run: str | int) -> Explanation:
 
 def repeated(directory: Path, run: str | int, experiment: ExperimentConfig | None) -> Rerun:
     """A stored run that is computed again, and its bits compared."""
-    from hydrofdi.engine import InProcessEngine
     from hydrofdi.execution.compute import Job, compute_columns
     from hydrofdi.simulation.calibration import leakage_coefficients
 
@@ -258,7 +257,7 @@ def repeated(directory: Path, run: str | int, experiment: ExperimentConfig | Non
     stored = plan.index.runs.get(run_id)
     if stored is None:
         raise StoreError(f"run {run_id} is not stored; there is nothing to compare")
-    (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {}, required="none")
+    (coefficient,) = leakage_coefficients([spec], required="none")
     columns = compute_columns([Job.of(spec, run_id, coefficient, record_identity(spec))])
     computed = (*stored_variables(stored.signals, phases=True), *output_variables([spec.analysis.indicators]))
     held = read_rows(stored.shard, [variable.name for variable in computed], [stored.row])

@@ -14,7 +14,7 @@ from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_run
 from hydrofdi.config.plant import absent_signals
 from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.study import condition_label
-from hydrofdi.engine import InProcessEngine, limited
+from hydrofdi.engine import limited
 from hydrofdi.errors import Issue
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.settings.messages import counted, time_text
@@ -74,7 +74,7 @@ class SimulatedRecords:
         while first < len(rows):
             alike = _alike(runs, rows[first:])
             with limited(self.experiment.limits.time_per_job):
-                coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
+                coefficients = leakage_coefficients(alike, None, known, required="none")
             own_ids = [record_ids[row] for row in rows[first : first + len(alike)]]
             texts = [titles[row] for row in rows[first : first + len(alike)]] if titles else []
             if labels and not titles:
@@ -95,7 +95,7 @@ class SimulatedRecords:
         The name says how many of them there are.
         """
         record_ids, rows = self.record_ids, self._rows
-        chosen = {rows[place] for place in spread(len(rows), n_record)}
+        chosen = {rows[position] for position in spread(len(rows), n_record)}
         if record_id is not None:
             chosen |= {row for row in rows if record_ids[row].startswith(record_id)}
         if len(chosen) >= len(rows):
@@ -121,13 +121,13 @@ def _batch(
     good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
     absent = absent_signals(runs[0].parameters.plant)
     wanted = {
-        each: signal
-        for each, signal in records.SIGNAL_OF_CHANNEL.items()
-        if each in source.channels and signal not in absent
+        channel: signal
+        for channel, signal in records.SIGNAL_OF_CHANNEL.items()
+        if channel in source.channels and signal not in absent
     }
-    found = shown.signals(wanted.values())
+    signals = shown.signals(wanted.values())
     return RecordBatch(
-        {channel: found[signal][good] for channel, signal in wanted.items() if signal in found},
+        {channel: signals[signal][good] for channel, signal in wanted.items() if signal in signals},
         runs[0].parameters.record.sampling_frequency,
         tuple(record_ids[row] for row in good),
         sources=(source.name,) * len(good),

@@ -12,7 +12,7 @@ from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.runs import record_identity, run_identity
 from hydrofdi.config.study import DetectionConfig
 from hydrofdi.config.sweep import SweepConfig
-from hydrofdi.engine import InProcessEngine, limited
+from hydrofdi.engine import limited
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.store import names
@@ -25,7 +25,7 @@ def compute_run(experiment: ExperimentConfig) -> tuple[RunSpec, Columns]:
     """The first run of an experiment without what it varies, and its variables."""
     spec = expand_runs(_alone(experiment)).runs[0]
     with limited(experiment.limits.time_per_job):
-        (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {})
+        (coefficient,) = leakage_coefficients([spec])
         job = Job.of(spec, run_identity(spec), coefficient, record_identity(spec))
         return spec, compute_columns([job])
 

@@ -131,13 +131,13 @@ def follow_equations(
     due: NDArray[np.int64], priors: Array, decay: float,
 ) -> Array:  # fmt: skip
     """Estimates (n_record, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
-    found = np.full((records.n_record, due.size, weak_rls.N_ESTIMATE), np.nan)
+    estimates = np.full((records.n_record, due.size, weak_rls.N_ESTIMATE), np.nan)
     state = weak_rls.new_state(records.n_record, targets.shape[2])
     weak_rls.follow_windows(
         columns, targets, counts, due, priors, options.assumptions(records), decay, state,
-        weak_rls.new_scratch(), found,
+        weak_rls.new_scratch(), estimates,
     )  # fmt: skip
-    return found
+    return estimates
 
 
 MOST_PRIOR = 0.81
@@ -269,14 +269,14 @@ def balance_outputs(reference_pressure: float, taken_up: float = TAKEN_UP) -> tu
 
 
 def named_estimates(
-    options: WindowOptions, found: Array, reference: Array, deviations: Array
+    options: WindowOptions, estimates: Array, reference: Array, deviations: Array
 ) -> dict[str, Array]:
     """`balance_outputs` from estimates (n_record, n_instant, N_ESTIMATE).
 
     `reference`: supply pressure that the estimates are relative to [Pa]; `deviations`: of the priors.
     """
-    of = {name: found[:, :, place] for place, name in enumerate(UNKNOWNS)}
-    error = {name: found[:, :, N_UNKNOWN + place] for place, name in enumerate(UNKNOWNS)}
+    of = {name: estimates[:, :, index] for index, name in enumerate(UNKNOWNS)}
+    error = {name: estimates[:, :, N_UNKNOWN + index] for index, name in enumerate(UNKNOWNS)}
     root = math.sqrt(options.reference_pressure)
     # At its bound, the compressibility is zero but for rounding, whose sign says nothing.
     compressibility = 1.0 / options.bulk_modulus + of["compressibility"]
@@ -291,11 +291,11 @@ def named_estimates(
         "flow_gain_error": error["flow_gain"],
         "supply_pressure": reference * (1.0 + of["supply"]),
         "supply_pressure_error": reference * error["supply"],
-        "departure": np.max(np.abs(found[:, :, sheet]) / deviations[sheet], axis=2, initial=0.0),
+        "departure": np.max(np.abs(estimates[:, :, sheet]) / deviations[sheet], axis=2, initial=0.0),
     }
     for name in ("internal_coefficient", "offset", "lap", "clearance"):
         values |= {name: of[name], f"{name}_error": error[name]}
-    return values | {name: found[:, :, place] for name, place in _AS_FOUND.items()}
+    return values | {name: estimates[:, :, index] for name, index in _AS_FOUND.items()}
 
 
 _AS_FOUND = {

@@ -261,6 +261,13 @@ class RecursiveIndicator(Indicator[Following]):
         samples = self.samples_per_estimate(sampling_frequency) * np.arange(1, self.n_instant + 1) - 1
         return samples / sampling_frequency
 
+    def watched_instants(self, sampling_frequency: float, n_discarded: int) -> Array:
+        """Instants of the stored trace after its transient [s], on the clock of the whole record."""
+        instants = self.trace_instants(sampling_frequency)
+        # An instant at the end of the transient counts, whatever its last bit.
+        settled = instants[instants >= self.options.transient - 1e-9]
+        return np.asarray(settled + n_discarded / sampling_frequency)
+
     def trace(self, records: RecordBatch) -> Trace:
         """Estimates over time of whole records, one every ``interval``."""
         frequency = records.sampling_frequency

@@ -57,12 +57,12 @@ def fault_of_outputs(measured: Any, indicator: Indicator[Any], n_record: int) ->
         return f"{type(measured).__name__}, not a mapping of its outputs"
     expected = {output.name: (n_record, *output.dims.values()) for output in indicator.outputs}
     for name in {**expected, **measured}:
-        found: Any = measured.get(name)
+        array: Any = measured.get(name)
         if name not in expected:
             return f"{name!r}, which is not one of its outputs"
-        is_array = isinstance(found, np.ndarray)
-        if not is_array or found.shape != expected[name] or found.dtype.kind != "f":
-            kind = f"{found.dtype} of shape {found.shape}" if is_array else type(found).__name__
+        is_array = isinstance(array, np.ndarray)
+        if not is_array or array.shape != expected[name] or array.dtype.kind != "f":
+            kind = f"{array.dtype} of shape {array.shape}" if is_array else type(array).__name__
             return f"{name!r} as {kind}, not as real floating-point numbers of shape {expected[name]}"
     return ""
 
@@ -162,7 +162,7 @@ def doubts_of(
     """
     outputs = [each for each in indicator.outputs if prefix + each.name in values and not each.dims]
     own = {each.name: values[prefix + each.name] for each in outputs}
-    found: list[list[Issue]] = [[] for _ in next(iter(own.values()), ())]
+    doubts: list[list[Issue]] = [[] for _ in next(iter(own.values()), ())]
     is_measured = np.isfinite([*own.values()]).any(axis=0) if own else np.array([])
     for output in outputs:
         if output.possible == (None, None):
@@ -174,8 +174,8 @@ def doubts_of(
         value, slack = own[output.name], _DEVIATIONS * own[output.error] if output.error else 0.0
         is_possible = ~(value > learned) if output.is_fit else (value >= low - slack) & (value <= high)
         for row in np.flatnonzero(is_measured & ~is_possible).tolist():
-            found[row].append(_doubt(output, float(value[row]), high, learned, prefix))
-    return [tuple(each) for each in found]
+            doubts[row].append(_doubt(output, float(value[row]), high, learned, prefix))
+    return [tuple(each) for each in doubts]
 
 
 def _doubt(output: Output, value: float, high: float, learned: float, prefix: str) -> Issue:

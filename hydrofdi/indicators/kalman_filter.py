@@ -329,11 +329,11 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     def _variances(self, kind: str, options: Mapping[str, str], **given: float) -> Array:
         """Squares of the options of a kind, or of values that are given, for the estimated states."""
         variances = np.zeros(N_STATE)
-        for place, name in enumerate(STATES):
+        for index, name in enumerate(STATES):
             if name in self.estimated:
                 value = given.get(name, getattr(self, options.get(name, f"{name}_{kind}"), 0.0))
                 per_unit = value / LITRE_PER_MINUTE if name == "leakage" else _PER_SI.get(name, 1.0) * value
-                variances[place] = per_unit**2
+                variances[index] = per_unit**2
         return variances
 
 
@@ -392,16 +392,16 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
             self.options.spool_drive(records), supply, self.tuning(records), every, means, variances, sums,
             signature, *self.spread_and_workspace(),
         )  # fmt: skip
-        found = Estimates(means, variances, sums, supply[:, due], every)
+        estimates = Estimates(means, variances, sums, supply[:, due], every)
         lost = np.isnan(means[:, :, 0])
-        return {name: np.where(lost, np.nan, values) for name, values in self.read(found).items()}
+        return {name: np.where(lost, np.nan, values) for name, values in self.read(estimates).items()}
 
     def spread_and_workspace(self) -> tuple[float | None, Any]:
         """Spread of the sigma points, None for an extended filter, and scratch arrays."""
         return None, ekf.workspace(self.options.substeps)
 
     @abstractmethod
-    def read(self, found: Estimates) -> Mapping[str, Array]:
+    def read(self, estimates: Estimates) -> Mapping[str, Array]:
         """`estimates` over time, each (n_record, n_instant)."""
 
     def tuning(self, records: RecordBatch) -> Tuning:

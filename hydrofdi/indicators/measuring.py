@@ -76,12 +76,12 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
             seconds[label] = seconds.get(label, 0.0) + process_time() - start
         flat = [each.reshape(records.n_record, prod(each.shape[1:])) for each in numbers.values()]
         every = np.hstack([np.empty((records.n_record, 0)), *flat])
-        infinite, found = np.any(np.isinf(every), axis=1), np.any(np.isfinite(every), axis=1)
+        infinite, finite = np.any(np.isinf(every), axis=1), np.any(np.isfinite(every), axis=1)
         for name, array in numbers.items():
             measures.values[f"{label}.{name}"] = np.where(np.isfinite(array), array, np.nan)
         measures.obstacles[label] = tuple(
             (f"indicator {indicator.name!r} gives infinite numbers" if infinite[row] else indicator.absence)
-            if reason is None and not found[row]
+            if reason is None and not finite[row]
             else reason
             for row, reason in enumerate(reasons)
         )
@@ -163,8 +163,7 @@ def _common_obstacle(records: RecordBatch, indicator: Indicator[Any]) -> str | N
         return f"has no {' and no '.join(missing)}{spool_remedy(missing, indicator)}"
     relative = sorted(indicator.channels & records.relative)
     if indicator.needs_scale and relative:
-        found = "is normalised" if relative[0] in records.normalized else "is in counts"
-        return f"{relative[0]} {found}, but {indicator.name} needs it in {relative[0].unit}"
+        return f"{relative[0]} is in counts, but {indicator.name} needs it in {relative[0].unit}"
     return indicator.obstacle(records)
 
 
@@ -347,8 +346,8 @@ def _record(
 def _rejected(batch: RecordBatch, columns: Sequence[MeasuredOutput]) -> Iterator[RecordMeasures]:
     for record in batch.rejected:
         reasons = dict.fromkeys((column.label for column in columns), record.remark.message)
-        place = record.record_id, record.source, record.group, record.label
-        yield RecordMeasures(*place, record.remark.kind, {}, reasons, is_rejected=True)
+        identity = record.record_id, record.source, record.group, record.label
+        yield RecordMeasures(*identity, record.remark.kind, {}, reasons, is_rejected=True)
 
 
 @dataclass

@@ -20,13 +20,13 @@ from hydrofdi.units import ABOVE, BELOW
 
 def plant_constants(options: Section) -> dict[str, str]:
     """Plant constant used with these options → its SI unit."""
-    found = {}
+    constants = {}
     for name, info in type(options).model_fields.items():
         marks = [each for each in info.metadata if isinstance(each, PlantConstant)]
         if any(mark.is_used(options) for mark in marks):
             quantity = field_quantity(info)
-            found[name] = quantity.unit if quantity else "1"
-    return found
+            constants[name] = quantity.unit if quantity else "1"
+    return constants
 
 
 def constants_not_given(options: Section) -> tuple[str, ...]:

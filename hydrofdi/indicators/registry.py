@@ -151,12 +151,12 @@ def _load(point: EntryPoint) -> Kind:
     return kind
 
 
-def require_declared(kind: Kind, place: str) -> None:
+def require_declared(kind: Kind, origin: str) -> None:
     """Check that an indicator has all that it must declare."""
     missing = [part for part in _DECLARED if not hasattr(kind, part)]
     if missing or not isinstance(kind.version, int):
         fault = f"has no {' and no '.join(missing)}" if missing else "has a version that is not an integer"
-        raise ConfigError(f"indicator {kind.name!r}: {place} {fault}")
+        raise ConfigError(f"indicator {kind.name!r}: {origin} {fault}")
 
 
 @dataclass(frozen=True)
@@ -255,17 +255,17 @@ def load_plugins(source: Source) -> dict[str, str]:
         raise ConfigError([source.mistake(("plugins",), message)])
     names: dict[str, str] = {}
     hashes: dict[str, str] = {}
-    for place, path in enumerate(paths):
-        here = ("plugins", place) if paths is given else ("plugins",)
+    for index, path in enumerate(paths):
+        here = ("plugins", index) if paths is given else ("plugins",)
         try:
             content, whole = Path(path).read_bytes(), str(Path(path).resolve())
-            found = load_plugin(whole, content)
+            own = load_plugin(whole, content)
         except (OSError, ConfigError) as error:
             source.report(here, f"{path}: {error.strerror}" if isinstance(error, OSError) else str(error))
             continue
-        if twice := names.keys() & found.keys():
+        if twice := names.keys() & own.keys():
             source.report(here, f"{path}: {min(twice)!r} is the name of another indicator")
-        names |= found
+        names |= own
         hashes[whole] = hashlib.sha256(content).hexdigest()
     if paths and source.mistakes:
         raise ConfigError(source.mistakes)
@@ -300,8 +300,8 @@ def _kinds(path: str, content: bytes, module_name: str) -> list[Kind]:
     except (Exception, SystemExit) as error:
         frames = traceback.extract_tb(error.__traceback__)
         lines = [each.lineno for each in frames if each.filename == path]
-        place = f" ({Path(path).name}:{lines[-1]})" if lines else ""
-        raise ConfigError(f"{path}: raised {type(error).__name__}: {error}{place}") from None
+        line = f" ({Path(path).name}:{lines[-1]})" if lines else ""
+        raise ConfigError(f"{path}: raised {type(error).__name__}: {error}{line}") from None
     kinds = list(dict.fromkeys(each for each in vars(module).values() if _is_own(each, module_name)))
     if not kinds:
         raise ConfigError(f"{path}: defines no indicator, a subclass of Indicator with a name")

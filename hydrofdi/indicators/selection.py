@@ -12,18 +12,11 @@ from pydantic import ValidationError
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given, from_sheet
-from hydrofdi.indicators.registry import (
-    Description,
-    indicator_kind,
-    indicator_names,
-    label_mistake,
-    sound_indicator,
-)
-from hydrofdi.records import Channel, RecordSource
+from hydrofdi.indicators.registry import indicator_kind, indicator_names, label_mistake, sound_indicator
+from hydrofdi.records import RecordSource
 from hydrofdi.settings.files import Keys as KeyPath
 from hydrofdi.settings.files import Source, located, plain, read_extended
 from hydrofdi.settings.messages import describe_error, nearest
-from hydrofdi.tables.table import Table
 
 
 def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
@@ -47,14 +40,14 @@ def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[st
 
 def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, Any]:
     names: dict[str, Any] = {}
-    for place, item in enumerate(given):
+    for index, item in enumerate(given):
         name = item.strip() if isinstance(item, str) else item
         if isinstance(name, str) and name not in ("", "all", *names):
             names[name] = {}
         else:
             form = "'indicators: {dwt: {}, mine: {kind: dwt, levels: 3}}'"
             message = f"a list contains names, each once, not {name!r}; with options or labels, write {form}"
-            source.report((*within, place), message)
+            source.report((*within, index), message)
     return names
 
 
@@ -206,17 +199,3 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
     if isinstance(given, str | PathLike):
         return load_indicators(fspath(given))
     return make_indicators(plain(given))
-
-
-def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
-    """A row for each indicator."""
-    symbols = [" ".join(Channel(name).symbol for name in each.channels) for each in described]
-    columns: dict[str, list[Any]] = {
-        "name": [each.name for each in described],
-        "summary": [each.summary for each in described],
-        "channels": symbols,
-        "outputs": [len(each.outputs) for each in described],
-        "cost": [each.cost for each in described],
-    }
-    sources = {"source": [each.source for each in described]} if with_sources else {}
-    return Table.of(columns | sources, row="indicator")

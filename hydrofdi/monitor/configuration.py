@@ -326,7 +326,7 @@ class FleetConfig(MonitorConfig):
 
     def detector_of(self, name: str) -> Path | None:
         """The file of the detector of a machine; None without a pattern that matches."""
-        return next((path for each, path in self.detectors.items() if fnmatchcase(name, each)), None)
+        return next((path for pattern, path in self.detectors.items() if fnmatchcase(name, pattern)), None)
 
 
 @dataclass(frozen=True)

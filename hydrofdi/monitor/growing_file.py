@@ -150,7 +150,7 @@ def following(path: Path, file: FollowedFile) -> Path:
         and renamed.is_file()
         and renamed.stat().st_ino != file.status.st_ino
     ]
-    return min([each for each in later if each[0] > file.status.st_mtime_ns], default=(0, path))[1]
+    return min([pair for pair in later if pair[0] > file.status.st_mtime_ns], default=(0, path))[1]
 
 
 def place_in(descriptor: int, offset: int, head: bytes | None = None) -> dict[str, Any]:

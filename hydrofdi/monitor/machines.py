@@ -40,7 +40,7 @@ class Kind:
     def __init__(self, file: DetectorFile, config: MonitorConfig, where: str = "") -> None:
         file.require_machine(config.actuator.given, where)
         seen = {*file.channels, file.config.window.channel}
-        channels = {channel: each for channel, each in config.channels.items() if channel in seen}
+        channels = {key: channel for key, channel in config.channels.items() if key in seen}
         self.file = file
         self.config = config.model_copy(update={"channels": channels}) if channels else config
         text = file.model_dump_json(by_alias=True, exclude={"made"})

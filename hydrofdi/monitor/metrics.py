@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from ipaddress import ip_address
-from typing import Any, TypeVar, cast
+from typing import Any
 
-from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, start_http_server
+from prometheus_client import CollectorRegistry, Metric, start_http_server
+from prometheus_client.core import CounterMetricFamily as Counter
+from prometheus_client.core import GaugeMetricFamily as Gauge
+from prometheus_client.core import InfoMetricFamily as Info
+from prometheus_client.core import StateSetMetricFamily as StateSet
+from prometheus_client.registry import Collector
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
@@ -18,25 +24,52 @@ from hydrofdi.records.times import FIRST_DATE
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__
 
-Metric = TypeVar("Metric", Counter, Gauge, Info, Enum)
-
 _PATIENCE = 1.0
 """Longest silence of a client [s]."""
 
+_METRICS: dict[str, tuple[Any, ...]] = {
+    "monitor": (Info, "Version and detector"),
+    "threshold": (Gauge, "Limits of the score, in SI", "side"),
+    "chart_limit": (Gauge, "Limit of the control chart, in healthy spreads"),
+    "chart_statistic": (Gauge, "Statistic of the control chart, in healthy spreads"),
+    "windows_judged": (Counter, "Windows that were judged", "beyond_limit"),
+    "windows_not_judged": (Counter, "Windows that were not judged", "reason"),
+    "windows_not_judged_beyond_limit": (
+        Counter, "Windows that were not judged, with a score beyond its limit",
+    ),
+    "alarms": (Counter, "Alarms that were raised"),
+    "samples": (Counter, "Samples that arrived"),
+    "events": (Counter, "Events, each repetition counted", "kind"),
+    "fleet_events": (Counter, "Events of the fleet, each repetition counted", "kind"),
+    "condition": (StateSet, "Condition of the actuator"),
+    "score": (Gauge, "Score of the last window that has one, in SI"),
+    "margin": (Gauge, "Distance of this score from its limit, in healthy spreads"),
+    "last_window_timestamp_seconds": (
+        Gauge, "Arrival of the last window; before the first, start of the monitor (Unix time)",
+    ),
+    "last_sample_time_seconds": (Gauge, "Time stamp of the last sample, on the clock of the stream"),
+    "lag_seconds": (Gauge, "Wall clock minus the time stamp of the last sample"),
+    "behind_seconds": (Gauge, "Age of the newest samples when they were judged, median over the machines"),
+}  # fmt: skip
+"""Name → its kind, what it is, and labels beside ``machine``."""
 
-class MetricsServer:
-    """Serves the metrics of one machine or of many, told apart by the label ``machine``.
+Values = defaultdict[tuple[str, ...], Any]
+"""Name and labels → value, of one machine."""
+
+
+class MetricsServer(Collector):
+    """Serves the metrics of one machine or of many, told apart by the label ``machine``; a fleet has no name.
 
     `said` are events that state its address.
     """
 
     def __init__(self, address: str) -> None:
         host, port = _host_and_port(address)
-        self._registry = CollectorRegistry()
-        self._metrics: dict[str, Counter | Gauge | Info | Enum] = {}
-        self._machines: dict[str, MetricsSink] = {}
+        registry = CollectorRegistry()
+        registry.register(self)
+        self._machines: dict[str, Values] = {}
         try:
-            self._server, self._thread = start_http_server(port, host, self._registry)
+            self._server, self._thread = start_http_server(port, host, registry)
         except (OSError, UnicodeError) as error:
             raise ConfigError(f"metrics: {address}: {reason(error)}") from None
         # A client that is silent or breaks off ends its own thread, and nothing is said of it.
@@ -50,36 +83,49 @@ class MetricsServer:
             text = f"everyone who reaches {self.url} can read the metrics"
             self.said.append(Event(EventKind.INSECURE, text))
 
-    def metric(self, kind: Callable[..., Metric], name: str, text: str, *labels: str, **more: Any) -> Metric:
-        """The metric of this name; made at the first call."""
-        if name not in self._metrics:
-            labels = ("machine", *labels)
-            self._metrics[name] = kind(f"hydrofdi_{name}", text, labels, registry=self._registry, **more)
-        return cast(Metric, self._metrics[name])
-
-    def forget(self, machine: str) -> None:
-        """Serve nothing of this machine any more."""
-        self._machines.pop(machine, None)
-        for metric in self._metrics.values():
-            metric.remove_by_labels({"machine": machine})
+    def collect(self) -> Iterator[Metric]:
+        """The metrics of all machines now."""
+        families = {
+            name: kind(f"hydrofdi_{name}", text, labels=("machine", *labels))
+            for name, (kind, text, *labels) in _METRICS.items()
+        }
+        # Copies, as the thread of the monitor goes on counting.
+        for machine, values in [*self._machines.items()]:
+            for (name, *labels), value in [*values.items()]:
+                families[name].add_metric((machine, *labels), value)
+            if (latest := values.get(("last_sample_time_seconds",), 0.0)) > FIRST_DATE:
+                families["lag_seconds"].add_metric((machine,), time.time() - latest)
+        return (family for family in families.values() if family.samples)
 
     def put(self, machine: str, file: DetectorFile, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         """Count the samples and the lines of a reading of a machine."""
         if machine not in self._machines:
-            self._machines[machine] = MetricsSink(self, machine, file)
-        self._machines[machine].put(chunk, lines)
+            self._machines[machine] = _begun(file)
+        values = self._machines[machine]
+        if chunk is not None and (readable := chunk.readable).n_time:
+            values["samples",] += readable.n_time
+            values["last_sample_time_seconds",] = float(readable.time[-1])
+        for line in lines:
+            if isinstance(line, WindowLine):
+                _count_window(values, line)
+            elif not line.is_end:
+                values["events", line.kind.value] += line.count
+                values["alarms",] += line.kind is EventKind.ALARM_RAISED
 
     def count(self, lines: Sequence[Line]) -> None:
         """Count the events of no machine."""
+        values = self._machines.setdefault("", defaultdict(float))
         for line in lines:
             if isinstance(line, Event) and not line.is_end:
-                text = "Events of the fleet, each repetition counted"
-                self.metric(Counter, "fleet_events", text, "kind").labels("", line.kind.value).inc(line.count)
+                values["fleet_events", line.kind.value] += line.count
 
     def show_age(self, machine: str, age: float) -> None:
-        """Show how old the newest samples were [s]; a fleet has no name."""
-        text = "Age of the newest samples when they were judged, median over the machines"
-        self.metric(Gauge, "behind_seconds", text).labels(machine).set(age)
+        """Show how old the newest samples were [s]."""
+        self._machines[machine]["behind_seconds",] = age
+
+    def forget(self, machine: str) -> None:
+        """Serve nothing of this machine any more."""
+        self._machines.pop(machine, None)
 
     def close(self) -> None:
         """End the server."""
@@ -88,96 +134,40 @@ class MetricsServer:
         self._thread.join()
 
 
-class MetricsSink:
-    """Counts the lines of a machine, and shows its last numbers."""
+def _begun(file: DetectorFile) -> Values:
+    """What is shown of a machine before its first window."""
+    output = file.config.output or file.score_name
+    about = {"version": __version__, "indicator": file.config.indicator, "output": output, "unit": file.unit}
+    values: Values = defaultdict(float, {("monitor",): about})
+    counters = ("windows_judged", "false"), ("windows_judged", "true"), ("windows_not_judged_beyond_limit",)
+    values |= dict.fromkeys((*counters, ("alarms",), ("samples",), ("last_sample_time_seconds",)), 0.0)
+    values |= {("score",): math.nan, ("margin",): math.nan, ("condition",): _states(Condition.UNKNOWN)}
+    values["last_window_timestamp_seconds",] = time.time()
+    limits = {"low": file.limits.low, "high": file.limits.high}
+    values |= {("threshold", side): limit for side, limit in limits.items() if limit is not None}
+    if file.chart is not None:
+        values |= {("chart_limit",): file.chart.limit, ("chart_statistic",): math.nan}
+    return values
 
-    def __init__(self, server: MetricsServer, machine: str, file: DetectorFile) -> None:
-        self._server, self._machine = server, machine
-        self._describe(file)
-        text = "Windows that were judged"
-        self._judged = {
-            alarm: self._own(Counter, "windows_judged", text, beyond_limit=str(alarm).lower())
-            for alarm in (False, True)
-        }
-        text = "Windows that were not judged, with a score beyond its limit"
-        self._beyond = self._own(Counter, "windows_not_judged_beyond_limit", text)
-        self._alarms = self._own(Counter, "alarms", "Alarms that were raised")
-        self._samples = self._own(Counter, "samples", "Samples that arrived")
-        states, text = [condition.value for condition in Condition], "Condition of the actuator"
-        self._condition = server.metric(Enum, "condition", text, states=states).labels(machine)
-        self._score = self._gauge("score", "Score of the last window that has one, in SI", math.nan)
-        text = "Distance of this score from its limit, in healthy spreads"
-        self._margin = self._gauge("margin", text, math.nan)
-        text = "Arrival of the last window; before the first, start of the monitor (Unix time)"
-        self._window = self._gauge("last_window_timestamp_seconds", text, time.time())
-        text = "Time stamp of the last sample, on the clock of the stream"
-        self._sample = self._gauge("last_sample_time_seconds", text)
-        self._lag: Gauge | None = None
-        self._latest = math.nan
 
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
-        """Count the samples and the lines of a reading."""
-        if chunk is not None and (readable := chunk.readable).n_time:
-            self._count_samples(readable)
-        for line in lines:
-            if isinstance(line, WindowLine):
-                self._count_window(line)
-            else:
-                self._count_event(line)
+def _states(condition: Condition) -> dict[str, bool]:
+    return {each.value: each is condition for each in Condition}
 
-    def _describe(self, file: DetectorFile) -> None:
-        output = file.config.output or file.score_name
-        about = {"version": __version__, "indicator": file.config.indicator, "output": output}
-        self._own(Info, "monitor", "Version and detector").info({**about, "unit": file.unit})
-        for side, limit in (("low", file.limits.low), ("high", file.limits.high)):
-            if limit is not None:
-                self._own(Gauge, "threshold", "Limits of the score, in SI", side=side).set(limit)
-        self._statistic: Gauge | None = None
-        if file.chart is not None:
-            self._gauge("chart_limit", "Limit of the control chart, in healthy spreads", file.chart.limit)
-            text = "Statistic of the control chart, in healthy spreads"
-            self._statistic = self._gauge("chart_statistic", text, math.nan)
 
-    def _count_samples(self, chunk: Chunk) -> None:
-        self._samples.inc(chunk.n_time)
-        self._latest = latest = float(chunk.time[-1])
-        self._sample.set(latest)
-        if self._lag is None and latest > FIRST_DATE:
-            self._lag = self._gauge("lag_seconds", "Wall clock minus the time stamp of the last sample")
-            self._lag.set_function(lambda: time.time() - self._latest)
-
-    def _count_window(self, line: WindowLine) -> None:
-        verdict = line.verdict
-        self._window.set(time.time())
-        self._condition.state(line.condition.value)
-        if verdict.alarm is None:
-            kind = verdict.fault.kind if verdict.fault else "unknown"
-            self._own(Counter, "windows_not_judged", "Windows that were not judged", reason=kind).inc()
-            self._beyond.inc(bool(verdict.is_beyond))
-        else:
-            self._judged[verdict.alarm].inc()
-        if verdict.score is not None:
-            self._score.set(verdict.score)
-            self._margin.set(math.nan if verdict.margin is None else verdict.margin)
-        if self._statistic and line.chart is not None and line.chart.statistic is not None:
-            self._statistic.set(line.chart.statistic)
-
-    def _count_event(self, line: Event) -> None:
-        if line.is_end:
-            return
-        self._own(Counter, "events", "Events, each repetition counted", kind=line.kind.value).inc(line.count)
-        if line.kind is EventKind.ALARM_RAISED:
-            self._alarms.inc()
-
-    def _own(self, metric: Callable[..., Metric], name: str, text: str, **labels: str) -> Metric:
-        """This machine's part of a metric."""
-        whole = self._server.metric(metric, name, text, *labels)
-        return whole.labels(machine=self._machine, **labels)
-
-    def _gauge(self, name: str, text: str, value: float = 0.0) -> Gauge:
-        gauge = self._own(Gauge, name, text)
-        gauge.set(value)
-        return gauge
+def _count_window(values: Values, line: WindowLine) -> None:
+    verdict = line.verdict
+    values["last_window_timestamp_seconds",] = time.time()
+    values["condition",] = _states(line.condition)
+    if verdict.alarm is None:
+        values["windows_not_judged", verdict.fault.kind if verdict.fault else "unknown"] += 1
+        values["windows_not_judged_beyond_limit",] += bool(verdict.is_beyond)
+    else:
+        values["windows_judged", str(verdict.alarm).lower()] += 1
+    if verdict.score is not None:
+        values["score",] = verdict.score
+        values["margin",] = math.nan if verdict.margin is None else verdict.margin
+    if ("chart_statistic",) in values and line.chart is not None and line.chart.statistic is not None:
+        values["chart_statistic",] = line.chart.statistic
 
 
 def _host_and_port(address: str) -> tuple[str, int]:

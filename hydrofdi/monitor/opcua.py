@@ -78,7 +78,7 @@ class OpcUaSource(Connection, StreamSource):
         if not channels:
             raise ConfigError("an OPC UA server needs 'channels': the node of each channel")
         self._config, self._period = config, 1 / sampling_frequency
-        self._columns = {channel: _column(channel, each) for channel, each in channels.items()}
+        self._columns = {channel: _column(channel, config) for channel, config in channels.items()}
         self._nodes = [column.title for column in self._columns.values()]
         self._joiner = Joiner(len(self._nodes), self._period, config.wait)
         self._begun: set[int] = set()
@@ -195,8 +195,20 @@ class OpcUaSource(Connection, StreamSource):
         )
         created = await client.uaclient.create_subscription(request, results.put)
         n_queued = ceil((created.RevisedPublishingInterval / 1000 + _HELD) / self._period)
-        numbered = enumerate(self._nodes, _FIRST_HANDLE)
-        items = [_item(node, handle, self._period, n_queued) for handle, node in numbered]
+        items = [
+            ua.MonitoredItemCreateRequest(
+                ua.ReadValueId(ua.NodeId.from_string(node), AttributeIds.Value),
+                ua.MonitoringMode.Reporting,
+                ua.MonitoringParameters(
+                    ClientHandle=handle,
+                    SamplingInterval=1000 * self._period,
+                    Filter=ua.DataChangeFilter(Trigger=ua.DataChangeTrigger.StatusValueTimestamp),
+                    QueueSize=n_queued,
+                    DiscardOldest=True,
+                ),
+            )
+            for handle, node in enumerate(self._nodes, _FIRST_HANDLE)
+        ]
         wanted = ua.CreateMonitoredItemsParameters(created.SubscriptionId, ua.TimestampsToReturn.Both, items)
         for node, item in zip(self._nodes, await client.uaclient.create_monitored_items(wanted), strict=True):
             if not item.StatusCode.is_good():
@@ -246,18 +258,6 @@ def _changes_of(result: ua.PublishResult) -> list[ua.MonitoredItemNotification]:
     return changes
 
 
-def _item(node: str, handle: int, period: float, n_queued: int) -> ua.MonitoredItemCreateRequest:
-    parameters = ua.MonitoringParameters(
-        ClientHandle=handle,
-        SamplingInterval=1000 * period,
-        Filter=ua.DataChangeFilter(Trigger=ua.DataChangeTrigger.StatusValueTimestamp),
-        QueueSize=n_queued,
-        DiscardOldest=True,
-    )
-    read = ua.ReadValueId(ua.NodeId.from_string(node), AttributeIds.Value)
-    return ua.MonitoredItemCreateRequest(read, ua.MonitoringMode.Reporting, parameters)
-
-
 def _reason(error: Exception) -> str:
     if isinstance(error, UaStatusCodeError):
         status = ua.StatusCode(error.code)
@@ -300,7 +300,7 @@ def _node_values(data: ua.DataValue, channel: int, period: float, arrival: float
     numbers = value if isinstance(value, list) else [value]
     end = stamp.replace(tzinfo=UTC).timestamp()
     start = end - (len(numbers) - 1) * period
-    return [NodeValue(start + n * period, channel, _number(each), arrival) for n, each in enumerate(numbers)]
+    return [NodeValue(start + n * period, channel, _number(x), arrival) for n, x in enumerate(numbers)]
 
 
 def _number(value: object) -> float:

@@ -182,16 +182,16 @@ class Simulated(NamedTuple):
 def _cavitating_share(known: Simulated) -> Array:
     """Share of the samples with a chamber pressure at or below the vapour limit [-]."""
     vapour = np.array([run.fluid.vapour_pressure for run in known.runs])[:, None]
-    found = known.trajectory
-    below = (found.chamber_1_pressure <= vapour) | (found.chamber_2_pressure <= vapour)
+    signals = known.trajectory
+    below = (signals.chamber_1_pressure <= vapour) | (signals.chamber_2_pressure <= vapour)
     return np.asarray(np.mean(below, axis=1))
 
 
 def _above_supply_share(known: Simulated) -> Array:
     """Share of the samples with a chamber pressure above the supply [-]."""
-    found = known.trajectory
-    supply = (1.0 + 1e-9) * found.valve_supply_pressure  # at rest, a pressure is the supply
-    above = (found.chamber_1_pressure > supply) | (found.chamber_2_pressure > supply)
+    signals = known.trajectory
+    supply = (1.0 + 1e-9) * signals.valve_supply_pressure  # at rest, a pressure is the supply
+    above = (signals.chamber_1_pressure > supply) | (signals.chamber_2_pressure > supply)
     return np.asarray(np.mean(above, axis=1))
 
 

@@ -305,7 +305,7 @@ def _valve_limits(run: RunParameters) -> dict[str, float]:
 def _mode_limits(run: RunParameters) -> dict[str, float]:
     actuator = run.actuator
     largest = _largest_modulus(run)
-    omega = 2.0 * math.pi * max(natural_frequency(run, place, largest) for place in actuator.reach)
+    omega = 2.0 * math.pi * max(natural_frequency(run, position, largest) for position in actuator.reach)
     limits = {"hydraulic mode": lag_limit(omega, 0.0)}
     hydraulic = largest / _least_volume(run)
     if actuator.hose_volume:

@@ -39,13 +39,13 @@ class Channel(StrEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> Channel | None:
-        return next((each for each in cls if each.symbol == value), None)
+        return next((channel for channel in cls if channel.symbol == value), None)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: Any, handler: Callable[[Any], Any]) -> dict[str, Any]:
         schema: dict[str, Any] = handler(core)
         own = handler.resolve_ref_schema(schema)  # type: ignore[attr-defined]
-        own["enum"] = [*(each.value for each in cls), *(each.symbol for each in cls)]
+        own["enum"] = [*(channel.value for channel in cls), *(channel.symbol for channel in cls)]
         return schema
 
     @property
@@ -91,7 +91,7 @@ class RecordBatch:
     Attributes
     ----------
     channels : mapping of Channel to ndarray, shape (n_record, n_time)
-        In SI; channels in `relative` are in counts of a converter, or divided by a reference.
+        In SI; channels in `relative` are in counts of a converter.
     sampling_frequency : float
         [Hz]
     record_ids : tuple of str, length n_record
@@ -106,8 +106,6 @@ class RecordBatch:
         Period of the drive [s]; None if it is not known, or there is none.
     relative : frozenset of Channel
         Channels without a scale.
-    normalized : frozenset of Channel
-        Channels of `relative` that were divided by a reference of the same unit; the others are in counts.
     remarks : tuple of tuple of Issue, length n_record
         Findings about each record.
     rejected : tuple of RejectedRecord
@@ -128,7 +126,6 @@ class RecordBatch:
     start_time: float = 0.0
     drive_period: float | None = None
     relative: frozenset[Channel] = frozenset()
-    normalized: frozenset[Channel] = frozenset()
     remarks: tuple[tuple[Issue, ...], ...] = ()
     rejected: tuple[RejectedRecord, ...] = ()
     units: Mapping[Channel, frozenset[str]] = field(default_factory=dict)
@@ -174,10 +171,8 @@ class RecordBatch:
         return round(samples) if samples > 0.5 and abs(samples - round(samples)) < 1e-6 else None
 
     def unit(self, channel: Channel) -> str:
-        """Unit of a channel in this batch: its SI unit, ``counts``, or ``1``."""
-        if channel not in self.relative:
-            return channel.unit
-        return "1" if channel in self.normalized else "counts"
+        """Unit of a channel in this batch: its SI unit, or ``counts``."""
+        return "counts" if channel in self.relative else channel.unit
 
     def __getitem__(self, channel: Channel) -> Array:
         """Samples of a channel, shape (n_record, n_time)."""

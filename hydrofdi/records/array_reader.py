@@ -121,9 +121,9 @@ def _tdms(content: str | BytesIO) -> Opened:
 
     file: Any = TdmsFile.open(content)
     channels = [(group, channel) for group in file.groups() for channel in group.channels()]
-    found = [channel.properties.get("wf_start_time") for _, channel in channels]
-    starts = [None if each is None else int(np.datetime64(each, "ns").astype("int64")) for each in found]
-    known, groups = {each for each in starts if each is not None}, dict[Any, Any]()
+    stated = [channel.properties.get("wf_start_time") for _, channel in channels]
+    starts = [None if at is None else int(np.datetime64(at, "ns").astype("int64")) for at in stated]
+    known, groups = {at for at in starts if at is not None}, dict[Any, Any]()
     first = min(known, default=None)
     if len(known) > 1 and None in starts:
         raise OSError("some of its channels begin at different instants, and others do not state theirs")
@@ -153,11 +153,11 @@ def _hdf5(content: str | BytesIO) -> Opened:
             datasets[_text(name)] = item
 
     file.visititems(keep)
-    found = {
+    stated = {
         name: next((item.attrs[key] for key in ("units", "unit") if key in item.attrs), "")
         for name, item in datasets.items()
     }
-    units = {name: _text(unit) for name, unit in found.items() if isinstance(unit, str | bytes)}
+    units = {name: _text(unit) for name, unit in stated.items() if isinstance(unit, str | bytes)}
     for name in [name for name, item in datasets.items() if item.dtype.names]:
         table = datasets.pop(name)
         datasets |= {
@@ -167,11 +167,11 @@ def _hdf5(content: str | BytesIO) -> Opened:
     clocks, since = dict[str, str](), math.nan
     split = [(name, *unit.partition(" since ")[::2]) for name, unit in units.items()]
     # the first unit such as "seconds since 2026-01-31"
-    for time, word, date in [each for each in split if each[1] in _WORDS and each[2]][:1]:
+    for time, word, date in [parts for parts in split if parts[1] in _WORDS and parts[2]][:1]:
         with suppress(ValueError):
             since, units[time] = _seconds(datetime.fromisoformat(date)), _WORDS[word]
             n_time = datasets[time].shape[:1]
-            alike = [name for name, each in datasets.items() if name != time and each.shape[:1] == n_time]
+            alike = [name for name, own in datasets.items() if name != time and own.shape[:1] == n_time]
             clocks = dict.fromkeys(alike, time)
     return datasets, units, file.close, clocks, since
 
@@ -216,10 +216,10 @@ def _mat(content: str | BytesIO) -> Opened:
         return _hdf5(content)
     own = {name: value for name, value in variables.items() if not name.startswith("__")}
     leaves = dict(_leaves("", own))
-    places = {name: "/".join((*name.split("/")[:-1], "units", name.split("/")[-1])) for name in leaves}
-    stated = {name: leaves[place] for name, place in places.items() if place in leaves}
+    paths = {name: "/".join((*name.split("/")[:-1], "units", name.split("/")[-1])) for name in leaves}
+    stated = {name: leaves[path] for name, path in paths.items() if path in leaves}
     units = {name: str(unit) for name, unit in stated.items() if unit.dtype.kind == "U" and unit.size == 1}
-    arrays = leaves.keys() - {places[name] for name in units}
+    arrays = leaves.keys() - {paths[name] for name in units}
     return {name: leaves[name] for name in leaves if name in arrays}, units, lambda: None, {}, math.nan
 
 
@@ -268,9 +268,9 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
     is_listed = isinstance(value, list | np.ndarray) and len(value) and isinstance(value[0], Mapping)
     if is_listed or (isinstance(value, Mapping) and {"Name", "Data"} <= value.keys()):
         # signals of dSPACE: structures with name and data
-        for number, each in enumerate(value if is_listed else [value], 1):
-            name = str(each.get("Name", "")).rpartition("/")[2].strip("\"' ") or str(number)
-            yield from _leaves(f"{path}/{name}", each.get("Data", each))
+        for number, entry in enumerate(value if is_listed else [value], 1):
+            name = str(entry.get("Name", "")).rpartition("/")[2].strip("\"' ") or str(number)
+            yield from _leaves(f"{path}/{name}", entry.get("Data", entry))
     elif isinstance(value, Mapping):
         for name, inner in value.items():
             yield from _leaves(f"{path}/{name}" if path else str(name), inner)

@@ -156,34 +156,34 @@ def columns_of(
     """
     titles, place = table.titles, table.place
     if configured:
-        places = {channel: find_column(titles, each.column, place) for channel, each in configured.items()}
+        indices = {channel: find_column(titles, own.column, place) for channel, own in configured.items()}
     else:
-        places = channels_named(table)
-        configured = {channel: ChannelConfig(column=titles[n]) for channel, n in places.items()}
+        indices = channels_named(table)
+        configured = {channel: ChannelConfig(column=titles[n]) for channel, n in indices.items()}
         for position, title in enumerate(titles):
             channel = channel_named(title, "")
-            if channel is not None and channel in needed and channel not in places:
+            if channel is not None and channel in needed and channel not in indices:
                 factor_to_si(table.unit(position), channel.unit, f"{place}: column {title[:60]!r}")
-    if not places:
+    if not indices:
         shown = ", ".join(map(shortened, titles[:MOST_SHOWN])) + ", …" * (len(titles) > MOST_SHOWN)
         raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}")
     return {
         channel: column_at(table, n, configured[channel], channel.unit, table.unit(n))
-        for channel, n in places.items()
+        for channel, n in indices.items()
     }
 
 
 def channels_named(table: Titled) -> dict[Channel, int]:
     """Channel → position of the column that is named like it."""
-    found: dict[Channel, int] = {}
+    positions: dict[Channel, int] = {}
     for position, title in enumerate(table.titles):
         channel = channel_named(title, table.unit(position)) if _CHANNELS.get(short_name(title)) else None
-        if channel in found:
-            both = f"{table.titles[found[channel]]!r} and {title!r}"
+        if channel in positions:
+            both = f"{table.titles[positions[channel]]!r} and {title!r}"
             raise DataError(f"{table.place}: more than one column is named like {channel}: {both}")
         if channel is not None:
-            found[channel] = position
-    return found
+            positions[channel] = position
+    return positions
 
 
 def column_at(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> ReadColumn:
@@ -199,9 +199,9 @@ def channel_named(title: str, unit: str, more: Mapping[str, Channel] = {}) -> Ch
     another dimension."""
     name = short_name(title)
     channel = _CHANNELS.get(name) or more.get(name)
-    if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
+    if channel is None or is_counts(unit) or (known := known_unit(unit)) is None:
         return channel
-    return channel if found.exponents == parse_unit(channel.unit).exponents else None
+    return channel if known.exponents == parse_unit(channel.unit).exponents else None
 
 
 def channel_called(name: str) -> Channel:
@@ -217,12 +217,12 @@ def find_column(titles: Sequence[str], column: str, place: str) -> int:
     """Position of a column by its title, its name without the unit, or its number."""
     names = [split_title(title)[0] for title in titles]
     for known in (titles, names):
-        found = [position for position, title in enumerate(known) if title == column]
-        if len(found) > 1:
-            numbers = " and ".join(str(position + 1) for position in found)
+        positions = [position for position, title in enumerate(known) if title == column]
+        if len(positions) > 1:
+            numbers = " and ".join(str(position + 1) for position in positions)
             raise DataError(f"{place}: column {column!r} occurs as {numbers}; give its number")
-        if found:
-            return found[0]
+        if positions:
+            return positions[0]
     if column.isdecimal() and 1 <= int(column) <= len(titles):
         return int(column) - 1
     more = ", …" if len(titles) > MOST_SHOWN else ""
@@ -328,4 +328,4 @@ def _readings(unit: str, header: str) -> set[tuple[Unit | str | None, float]]:
     """What a header's unit may mean, if it is not known: units like it, of the dimension of `unit`."""
     if is_unit(header):
         return {_meaning(header)}
-    return {_meaning(each) for each in similar_units(header, unit)} if known_unit(unit) else set()
+    return {_meaning(like) for like in similar_units(header, unit)} if known_unit(unit) else set()

@@ -5,24 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hydrofdi.records import INFERRED_SAMPLING, Array, Channel, RecordBatch
-from hydrofdi.records.cutting import found_period
+from hydrofdi.records.recording import found_period
 from hydrofdi.settings.messages import readable_unit
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Table, plain
 from hydrofdi.units import convert, parse_unit
-
-if TYPE_CHECKING:
-    pass
-
-
-_WITHOUT_SCALE = ("counts", "1")
-"""Units of channels that have no scale."""
-
 
 _EXAMPLES, _MOST_GROUPS = 3, 12
 """Examples that are kept of each kind of remark; most groups and labels that are listed."""
@@ -48,7 +40,7 @@ class Range:
     @property
     def shown_unit(self) -> str:
         """Unit for display: the unit of the files, else one that suits the size of the values."""
-        if self.unit not in _WITHOUT_SCALE and len(self.units) == 1:
+        if self.unit != "counts" and len(self.units) == 1:
             (stated,) = self.units
             if parse_unit(stated) != parse_unit(self.unit):
                 return stated

@@ -40,7 +40,7 @@ class Sketch:
     @cached_property
     def digits(self) -> dict[Channel, float]:
         """Least difference of the values of each channel."""
-        return {each: _digit(values) for each, values in self.channels.items()}
+        return {channel: _digit(values) for channel, values in self.channels.items()}
 
 
 def _digit(values: Array) -> float:
@@ -48,9 +48,9 @@ def _digit(values: Array) -> float:
     distinct = np.unique(np.abs(values[values != 0.0]))
     steps, decades = np.diff(distinct), np.floor(np.log10(distinct))
     is_in = decades[1:] == decades[:-1]
-    kinds = (steps[is_in & (decades[1:] == each)] for each in np.unique(decades))
+    kinds = (steps[is_in & (decades[1:] == decade)] for decade in np.unique(decades))
     return max(
-        (float(each.min()) for each in kinds if each.size > steps.size / 8), default=float(np.ptp(values))
+        (float(kind.min()) for kind in kinds if kind.size > steps.size / 8), default=float(np.ptp(values))
     )
 
 
@@ -62,20 +62,20 @@ def sketch_of(batch: RecordBatch, row: int, *, is_near: bool = True) -> Sketch:
         digest.update(batch[channel][row].tobytes())
     # a power of two, because a copy may lack some samples
     n_time = min(_MOST, 2 ** int(np.log2(max(1.0, 0.9 * batch.n_time))))
-    found = {each: batch[each][row] for each in batch.channels if each not in _COMMANDS} if is_near else {}
-    kept = {each: rows for each, rows in found.items() if np.abs(rows).max() < _LARGEST}
+    samples = {each: batch[each][row] for each in batch.channels if each not in _COMMANDS} if is_near else {}
+    kept = {each: rows for each, rows in samples.items() if np.abs(rows).max() < _LARGEST}
     if n_time < _FEWEST or not kept:
         return Sketch(digest.digest())
-    places = np.linspace(0, batch.n_time - n_time, _PLACES).astype(int).tolist()
+    starts = np.linspace(0, batch.n_time - n_time, _PLACES).astype(int).tolist()
     first = kept[_first(kept)]
-    spreads = [float(np.std(first[place : place + n_time])) for place in places]
-    start = next(n for n, spread in zip(places, spreads, strict=True) if spread >= 0.5 * max(spreads))
+    spreads = [float(np.std(first[n : n + n_time])) for n in starts]
+    start = next(n for n, spread in zip(starts, spreads, strict=True) if spread >= 0.5 * max(spreads))
     parts = {each: rows[start : start + n_time].copy() for each, rows in kept.items()}
     return Sketch(digest.digest(), {each: part for each, part in parts.items() if np.ptp(part) > 0.0})
 
 
 def _first(channels: Mapping[Channel, Any]) -> Channel:
-    return next(each for each in Channel if each in channels)
+    return next(channel for channel in Channel if channel in channels)
 
 
 class Copies:
@@ -94,9 +94,9 @@ class Copies:
         numbers, cores = self._alike[_kind(sketch)]
         for first in range(0, len(numbers), _MOST):
             fits = np.max(np.array(cores[first : first + _MOST]) @ shifted.T, axis=1)
-            for place in (first + np.flatnonzero(fits > _LIKE)).tolist():
-                if _repeats(self._sketches[numbers[place]], sketch):
-                    return numbers[place]
+            for index in (first + np.flatnonzero(fits > _LIKE)).tolist():
+                if _repeats(self._sketches[numbers[index]], sketch):
+                    return numbers[index]
         return None
 
     def find(self, sketch: Sketch) -> int | None:
@@ -129,7 +129,7 @@ def _shapes(sketch: Sketch) -> tuple[Array, Array]:
 def _repeats(one: Sketch, other: Sketch) -> bool:
     """Whether all channels of two records are alike to the last digit, up to a scale, at one lag."""
     return any(
-        all(found := [_agree(one, other, each, lag) for each in one.channels]) and max(found) > 1
+        all(grades := [_agree(one, other, channel, lag) for channel in one.channels]) and max(grades) > 1
         for lag in range(2 * _LAGS + 1)
     )
 

@@ -170,13 +170,13 @@ class DataSheet(Section):
     @property
     def ranges(self) -> dict[Channel, tuple[float, float]]:
         """Values that a stated stroke and supply pressure allow [SI], with room for errors of sensors."""
-        found = {}
+        known = {}
         if self.stroke is not None:
-            found[Channel.PISTON_POSITION] = -0.51 * self.stroke - self._zero, 0.51 * self.stroke - self._zero
+            known[Channel.PISTON_POSITION] = -0.51 * self.stroke - self._zero, 0.51 * self.stroke - self._zero
         if "supply_pressure" in self.model_fields_set:
             pressures = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.SUPPLY_PRESSURE
-            found |= dict.fromkeys(pressures, (-1e5, 1.2 * self.supply_pressure))
-        return found
+            known |= dict.fromkeys(pressures, (-1e5, 1.2 * self.supply_pressure))
+        return known
 
     def _from_centre(self, records: RecordBatch) -> Array:
         position = records[Channel.PISTON_POSITION]

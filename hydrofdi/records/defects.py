@@ -12,6 +12,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.recording import Recording
+from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import ABOVE, BELOW, parse_quantity
@@ -34,24 +35,25 @@ def is_ideal_rail(channel: Channel, value: float) -> bool:
     return channel in _RAILS and (value > 0.0 or channel is Channel.RETURN_PRESSURE)
 
 
-def frozen_time(channels: Mapping[Channel, Array], sampling_frequency: float) -> float:
-    """Longest time for which the position repeats a value [s]; 0 if it is short, or pressures rest."""
+def frozen(channels: Mapping[Channel, Array], sampling_frequency: float) -> str:
+    """That the position repeats a value for long; empty if it does not, or pressures rest."""
     position = channels.get(Channel.PISTON_POSITION)
     apart = max(1, int(_FROZEN_FOR * sampling_frequency / 2.0))
     if position is None or not np.any(position[apart::apart] == position[:-apart:apart]):
-        return 0.0  # a longer run contains two neighbours of this grid
+        return ""  # a longer run contains two neighbours of this grid
     turns = np.flatnonzero(np.diff(position)) + 1
     bounds = np.concatenate([[0], turns, [position.size]])
     longest = int(np.argmax(np.diff(bounds)))
-    frozen = slice(bounds[longest], bounds[longest + 1])
-    time = float((frozen.stop - frozen.start) / sampling_frequency)
-    chambers = [channels[each] for each in _CHAMBERS if each in channels]
+    still = slice(bounds[longest], bounds[longest + 1])
+    time = float((still.stop - still.start) / sampling_frequency)
+    chambers = [channels[chamber] for chamber in _CHAMBERS if chamber in channels]
     pressures = [samples for samples in chambers if np.isfinite(samples).all()]
     if time <= _FROZEN_FOR or not pressures:
-        return 0.0
-    moves = max(float(np.ptp(np.quantile(samples[frozen], [0.05, 0.95]))) for samples in pressures)
+        return ""
+    moves = max(float(np.ptp(np.quantile(samples[still], [0.05, 0.95]))) for samples in pressures)
     level = max(float(np.max(np.abs(samples))) for samples in pressures)
-    return time if moves > _FROZEN_MOVE * level else 0.0
+    is_moving = moves > _FROZEN_MOVE * level
+    return f"{Channel.PISTON_POSITION} does not change for {time:.3g} s while the pressures do" * is_moving
 
 
 _LONGER, _MOVES, _STEPS = 10.0, 0.1, 4.0
@@ -166,10 +168,10 @@ def _are_steady(
     """Whether the amplitude at each harmonic lasts, shape (n_harmonic,)."""
     n_part = round(_PERIODS_OF_PART * sampling_frequency / mains)
     parts = np.lib.stride_tricks.sliding_window_view(samples, n_part)[:: max(1, n_part // 2)]
-    places = np.minimum(np.rint(harmonics * n_part / sampling_frequency).astype(int), n_part // 2)
+    bins = np.minimum(np.rint(harmonics * n_part / sampling_frequency).astype(int), n_part // 2)
     # some parts at a time, because together they take many times the memory of the samples
     some = np.array_split(parts, max(1, len(parts) // _PARTS_AT_ONCE))
-    spectra = (_spectrum(each - each.mean(axis=1, keepdims=True))[:, places] for each in some)
+    spectra = (_spectrum(part - part.mean(axis=1, keepdims=True))[:, bins] for part in some)
     # The first quartile, not the minimum: clipping may hide the line in some parts.
     low, median = np.quantile(np.concatenate([*spectra]), [0.25, 0.5], axis=0)
     steady: NDArray[np.bool_] = low > _STEADY * median
@@ -225,15 +227,12 @@ def _of_channel(
         yield from _out_of_range(recording, channel, samples, ranges[channel])
     if channel is Channel.OIL_TEMPERATURE:
         return
-    if channel is Channel.PISTON_POSITION and (
-        frozen := frozen_time(recording.channels, recording.sampling_frequency)
-    ):
-        text = f"{channel} does not change for {frozen:.3g} s while the pressures do"
+    frequency = recording.sampling_frequency
+    if channel is Channel.PISTON_POSITION and (text := frozen(recording.channels, frequency)):
         yield Issue(text, channel, kind="stuck", is_unusable=True)
         return
-    frequency = recording.sampling_frequency
     if (stretch := frozen_stretch(channel, recording.channels, frequency)) is not None:
-        begin, end = (recording.start_time + each / frequency for each in (stretch.start, stretch.stop))
+        begin, end = (recording.start_time + index / frequency for index in (stretch.start, stretch.stop))
         text = f"{channel} does not change from {begin:.6g} to {end:.6g} s, but does otherwise"
         yield Issue(text, channel, kind="stuck", is_unusable=True)
         return
@@ -258,7 +257,7 @@ def _out_of_range(
     rounding = 1e-9 * (limits[1] - limits[0])
     outside = float(np.mean((samples < limits[0] - rounding) | (samples > limits[1] + rounding)))
     if outside:
-        low, high = (recording.shown(channel, each) for each in limits)
+        low, high = (recording.shown(channel, limit) for limit in limits)
         text = f"{outside:.2%} of {channel} samples lie outside its range, {low} … {high}"
         yield Issue(text, channel, kind="out_of_range")
 
@@ -299,9 +298,9 @@ _TOLERANCE = 0.01
 
 def differences(recording: Recording, first: Recording) -> Iterator[Issue]:
     """Remarks if the sampling, or a header's unit under a gain, differs from the first record."""
-    found, usual = recording.sampling_frequency, first.sampling_frequency
-    if abs(found / usual - 1.0) > _TOLERANCE:
-        text = f"sampled at {found:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
+    frequency, usual = recording.sampling_frequency, first.sampling_frequency
+    if abs(frequency / usual - 1.0) > _TOLERANCE:
+        text = f"sampled at {frequency:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
         yield Issue(text, kind="sampling_varies")
     for channel, header in recording.scaled_headers.items():
         before = first.scaled_headers.get(channel, header)
@@ -337,7 +336,7 @@ def unusual_sizes(recording: Recording) -> Iterator[Issue]:
         for channel, samples in recording.channels.items()
         if channel not in recording.relative and np.all(np.isfinite(samples))
     }
-    for channel in (each for each in _USUAL if each in channels):
+    for channel in (name for name in _USUAL if name in channels):
         low, high = (parse_quantity(bound, channel.unit) for bound in _USUAL[channel])
         largest = float(np.max(np.abs(channels[channel])))
         if largest > high or (0.0 < largest < low and not channel.is_pressure):
@@ -371,3 +370,34 @@ def low_pressures(recording: Recording) -> Iterator[Issue]:
             f"{channel}: values up to {value:.4g} Pa; is the unit {unit}? Hydraulic pressures exceed 0.1 MPa"
         )
         yield Issue(text, channel, kind="low_pressure")
+
+
+_RATE = 0.01
+"""Share of the sampling frequency by which the mean rate of a window may differ."""
+
+
+def fault_of(
+    time: Array, samples: Array, channels: tuple[Channel, ...], n_sample: int, sampling_frequency: float
+) -> Issue | None:
+    """The first fault of a window, in the order: length, rate, steps, missing samples, stuck channels."""
+    n_time = time.size
+    if n_time < n_sample:
+        return Issue(f"the cycle has {counted(n_time, 'sample')} instead of {n_sample}", kind="short_cycle")
+    rate = (n_time - 1) / float(time[-1] - time[0]) if n_time > 1 else sampling_frequency
+    if abs(rate - sampling_frequency) > _RATE * sampling_frequency:
+        text = f"samples come at {rate:.4g} Hz instead of {sampling_frequency:.4g} Hz"
+        return Issue(text + other_unit(1.0 / rate, 1.0 / sampling_frequency), kind="other_rate")
+    if text := uneven_window(time):
+        return Issue(text, kind="uneven")
+    lows, highs = samples.min(axis=1), samples.max(axis=1)
+    for row in np.flatnonzero(~(np.isfinite(lows) & np.isfinite(highs))):
+        n_missing = int(np.count_nonzero(~np.isfinite(samples[row])))
+        if n_missing == n_time:
+            return Issue(f"{channels[row]} is missing", kind="missing_channel")
+        text = f"{n_missing} of {counted(n_time, 'sample')} of {channels[row]} are missing or not finite"
+        return Issue(text, kind="missing")
+    for row in np.flatnonzero(lows == highs):
+        if must_change(channels[row]):
+            return Issue(f"{channels[row]} never changes", kind="stuck")
+    text = frozen(dict(zip(channels, samples, strict=True)), sampling_frequency)
+    return Issue(text, kind="stuck") if text else None

@@ -53,10 +53,10 @@ def known_unit(text: str) -> Unit | None:
 
 def unit_mistake(unit: str, si_unit: str) -> str:
     """What is wrong with the unit of a column; empty if nothing is."""
-    found = None if is_counts(unit) else known_unit(unit)
-    if is_counts(unit) or (found is not None and found.exponents == parse_unit(si_unit).exponents):
+    known = None if is_counts(unit) else known_unit(unit)
+    if is_counts(unit) or (known is not None and known.exponents == parse_unit(si_unit).exponents):
         return ""
-    if found is not None:
+    if known is not None:
         return f"the unit {unit} is not convertible to {si_unit}"
     hint = "give 'gain' and the 'unit' after the gain, or 'unit: counts' if the scale is unknown"
     if similar := similar_units(unit, si_unit):
@@ -344,10 +344,6 @@ class MeasuredConfig(SamplesConfig):
     severity: dict[str, Annotated[float, SI("m^3/s", above=0.0)]] = Field(default_factory=dict)
     """Label → leakage flow of its records, if known. Only evaluations use it."""
 
-    normalize: Literal["none", "supply", "hold"] = "none"
-    """``supply``: pressures are divided by the mean of the supply pressure. ``hold``: by the mean of the
-    higher chamber pressure in the last fifth of the file or cycle. Pressures are then relative."""
-
 
 _FIELD = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
 OWN_NAMES = ("folder", "file", "direction")
@@ -450,9 +446,6 @@ def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     needs = [
         (("segment",), config.segment is not None, Channel.PISTON_POSITION),
         (("limits", "shortest_stroke"), config.limits.shortest_stroke is not None, Channel.PISTON_POSITION),
-        (("normalize",), config.normalize == "supply", Channel.SUPPLY_PRESSURE),
-        (("normalize",), config.normalize == "hold", Channel.CHAMBER_1_PRESSURE),
-        (("normalize",), config.normalize == "hold", Channel.CHAMBER_2_PRESSURE),
     ]
     for key in ("group", "label"):
         needs.append(((key,), "direction" in fields_of(getattr(config, key)), Channel.PISTON_POSITION))

@@ -81,8 +81,8 @@ def date_format(texts: Sequence[str]) -> tuple[str, bool] | None:
         for text in texts:
             instant(text)
         return "", False
-    found = [form for form in _FORMS if all(_fits(text, form) for text in texts)]
-    return (found[0], len(found) > 1) if found else None
+    forms = [form for form in _FORMS if all(_fits(text, form) for text in texts)]
+    return (forms[0], len(forms) > 1) if forms else None
 
 
 def _fits(text: str, form: str) -> bool:
@@ -131,7 +131,7 @@ def long_form(table: TextTable) -> dict[str, str] | None:
 def below_preamble(file: Path, encoding: str) -> tuple[int, Table]:
     """Number of lines above the header, and the table: it names channels right above numbers, or most of them
     farther above, or else none."""
-    found: list[tuple[int, int, Table]] = []
+    candidates: list[tuple[int, int, Table]] = []
     for skip in range(_LONGEST_PREAMBLE):
         with (
             suppress(DataError),
@@ -143,9 +143,9 @@ def below_preamble(file: Path, encoding: str) -> tuple[int, Table]:
             n_named = sum(channel_named(title, table.unit(n), CHANNELS) is not None for n, title in titles)
             if n_named and not table.n_between and table.first_numeric:
                 return skip, table
-            found += [(n_named, -skip, table)] * table.has_numbers
-    if found:
-        _, skip, table = max(found, key=lambda each: each[:2])
+            candidates += [(n_named, -skip, table)] * table.has_numbers
+    if candidates:
+        _, skip, table = max(candidates, key=lambda candidate: candidate[:2])
         return -skip, table
     with open_table(file, str(file), FormatConfig(encoding=encoding)) as table:
         return 0, table

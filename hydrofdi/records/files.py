@@ -112,8 +112,8 @@ class ArrayTable(Table):
             return values / second, math.nan
         if self.is_dated(position) and values.dtype.kind != "M":
             try:
-                found = [instant(str(value)) for value in values.tolist()]
-                return since_first(found[0], seconds_since(found[0], found))
+                dates = [instant(str(value)) for value in values.tolist()]
+                return since_first(dates[0], seconds_since(dates[0], dates))
             except ValueError as error:
                 raise DataError(f"{self.place}: {self.titles[position]}: {error}") from None
         if values.dtype.kind != "M":
@@ -207,7 +207,7 @@ def npz_table(place: str, content: Content) -> ArrayTable:
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise OSError("it is not an archive of arrays")
         with archive:
-            if sum(each.file_size for each in cast(Any, archive.zip).infolist()) > MOST_BYTES:
+            if sum(entry.file_size for entry in cast(Any, archive.zip).infolist()) > MOST_BYTES:
                 raise OSError(f"it unpacks to more than {MOST_BYTES / 2**30:g} GiB")
             arrays = {name: np.asarray(archive[name]) for name in archive.files}
     shapes = {name: array.shape for name, array in arrays.items()}
@@ -318,7 +318,7 @@ class Selection:
                 raise DataError(f"{batch.sources[row]}: has no {channel.symbol} ({channel}); it has {has}")
             own, values = batch.unit(channel), batch[channel][row]
             if channel in batch.relative:
-                yield WrittenColumn(channel.symbol, "-" if own == "1" else own, values)
+                yield WrittenColumn(channel.symbol, own, values)
                 continue
             unit = self.units.get(channel, own)
             factor = parse_unit(own).factor / parse_unit(unit).factor

@@ -1,18 +1,20 @@
-"""The columns of a measured file, and its channels in SI before they are cut into records."""
+"""The columns of a measured file, its channels in SI, and the parts that are cut from them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records import INFERRED_SAMPLING, Array, Channel
+from hydrofdi.records import INFERRED_SAMPLING, Array, Channel, RecordBatch
 from hydrofdi.records.columns import ReadColumn, RejectionError, Table, columns_of, unknown_header_unit
-from hydrofdi.records.description import MeasuredConfig, is_counts
+from hydrofdi.records.description import CyclesConfig, MeasuredConfig, SegmentConfig, TrimConfig, is_counts
 from hydrofdi.records.times import (
     FIRST_DATE,
     LAST_DATE,
@@ -23,7 +25,7 @@ from hydrofdi.records.times import (
     time_column,
 )
 from hydrofdi.settings.messages import counted, shown_quantity
-from hydrofdi.units import gauge_unit
+from hydrofdi.units import ABOVE, BELOW, gauge_unit
 
 _FEWER = 0.99
 _MOST_SAMPLES = 2**28
@@ -31,11 +33,11 @@ _MOST_SAMPLES = 2**28
 
 def _on_grid(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
     """The samples at their places on an even clock; NaN in gaps."""
-    places = np.rint((times - times[0]) * frequency).astype(np.intp)
-    found = {channel: np.full(places[-1] + 1, np.nan) for channel in channels}
+    indices = np.rint((times - times[0]) * frequency).astype(np.intp)
+    gridded = {channel: np.full(indices[-1] + 1, np.nan) for channel in channels}
     for channel, samples in channels.items():
-        found[channel][places] = samples
-    return found
+        gridded[channel][indices] = samples
+    return gridded
 
 
 def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
@@ -59,7 +61,6 @@ class Recording:
     sampling_frequency: float
     start_time: float = 0.0
     relative: frozenset[Channel] = frozenset()
-    normalized: frozenset[Channel] = frozenset()
     remarks: tuple[Issue, ...] = ()
     scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
     units: Mapping[Channel, str] = field(default_factory=dict)
@@ -171,19 +172,19 @@ def samples_of(table: Table, config: MeasuredConfig) -> Samples:
     if times is not None:
         lengths["time"] = times.size
     if len(set(lengths.values())) > 1:
-        found = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise RejectionError("wrong_length", f"columns have different numbers of samples: {found}")
+        shown = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise RejectionError("wrong_length", f"columns have different numbers of samples: {shown}")
     return Samples(columns, channels, times, since)
 
 
 def _own_times(table: Table, columns: Mapping[Channel, ReadColumn], time: int) -> dict[Channel, int]:
     """Positions of own time columns of channels, if they have other ones than `time`."""
-    clocks, own = table.clocks(time), {channel: each.config.time for channel, each in columns.items()}
-    found = {
-        channel: clocks.get(each.position, time) if (name := own[channel]) is None else table.find(name)
-        for channel, each in columns.items()
+    clocks, own = table.clocks(time), {channel: column.config.time for channel, column in columns.items()}
+    positions = {
+        channel: clocks.get(column.position, time) if (name := own[channel]) is None else table.find(name)
+        for channel, column in columns.items()
     }
-    return {channel: position for channel, position in found.items() if position != time}
+    return {channel: position for channel, position in positions.items() if position != time}
 
 
 def _joined(
@@ -194,7 +195,7 @@ def _joined(
     clocks: Mapping[Channel, int],
 ) -> tuple[Array, dict[Channel, Array]]:
     """Channels at the instants of `time` that all cover, those with own times interpolated linearly."""
-    since, found = table.instants(time.position)[1] if table.is_dated(time.position) else 0.0, dict(channels)
+    since, joined = table.instants(time.position)[1] if table.is_dated(time.position) else 0.0, dict(channels)
     known = np.isfinite(times)
     for channel, position in clocks.items():
         own, first = table.instants(position)
@@ -207,9 +208,191 @@ def _joined(
             raise RejectionError(
                 "time", f"{channel}: its own time {table.titles[position]!r} does not increase"
             )
-        found[channel] = np.interp(times, own[has_both], values[has_both], np.nan, np.nan)
-        known &= ~np.isnan(found[channel])
+        joined[channel] = np.interp(times, own[has_both], values[has_both], np.nan, np.nan)
+        known &= ~np.isnan(joined[channel])
     if not known.any():
         raise RejectionError("time", "the times of the columns do not overlap")
     first, last = int(np.argmax(known)), known.size - int(np.argmax(known[::-1]))
-    return times[first:last], {channel: values[first:last] for channel, values in found.items()}
+    return times[first:last], {channel: values[first:last] for channel, values in joined.items()}
+
+
+_BAND = 0.2
+"""Width of the band around the middle as a share of the range: noise does not cause an edge."""
+_LEAST_STEPS, _UNEVEN, _ALIKE = 3, 0.05, 0.8
+"""Of a period: least distances between edges, their largest spread, and least correlation one period on."""
+Direction = Literal["rising", "falling", "both"]
+_WANTED = {"rising": (1,), "falling": (-1,), "both": (1, -1)}
+
+
+def drive_edges(
+    samples: Array, drive: tuple[float, float], direction: Direction, side: int = 0
+) -> tuple[NDArray[np.intp], int]:
+    """First sample beyond the band around the middle after each change of side, and the last side.
+
+    A side is 1 above the band, −1 below it, 0 if unknown; `drive` is the lowest and highest value of the
+    channel.
+    """
+    low, high = drive
+    middle, half = (low + high) / 2.0, ABOVE * _BAND * (high - low) / 2.0
+    sides = np.concatenate([[side], 1 * (samples > middle + half) - (samples < middle - half)])
+    decided = np.flatnonzero(sides)
+    if not decided.size:
+        return decided, side
+    # Samples inside the band are skipped, so noise at the middle makes no edge.
+    changes = decided[1:][np.diff(sides[decided]) != 0]
+    return changes[np.isin(sides[changes], _WANTED[direction])] - 1, int(sides[decided[-1]])
+
+
+def found_period(batch: RecordBatch, row: int = 0) -> float | None:
+    """Period of the drive of a record [s]: the one that is known, or that of u; None if it has none.
+
+    The rising edges of u are even, and u repeats from one to the next. It is rounded to half a sample.
+    """
+    u = batch.channels.get(Channel.INPUT_VOLTAGE)
+    if batch.drive_period is not None or u is None or not np.isfinite(samples := u[row]).all():
+        return batch.drive_period
+    steps = np.diff(drive_edges(samples, (float(samples.min()), float(samples.max())), "rising")[0])
+    if steps.size < _LEAST_STEPS or np.ptp(steps) > max(2.0, _UNEVEN * steps.mean()):
+        return None
+    lag = round(float(steps.mean()))
+    # Even edges alone could be chance; the whole signal must repeat.
+    is_repeated = np.corrcoef(samples[:-lag], samples[lag:])[0, 1] > _ALIKE
+    return round(2.0 * float(steps.mean())) / (2.0 * batch.sampling_frequency) if is_repeated else None
+
+
+def edges(samples: Array, direction: Direction) -> list[int]:
+    """First sample beyond a band around the middle of the range, after each change of side."""
+    drive = _range(samples)
+    return drive_edges(samples, drive, direction)[0].tolist() if drive[1] > drive[0] else []
+
+
+def _range(samples: Array) -> tuple[float, float]:
+    finite = samples[np.isfinite(samples)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+
+
+_MARGIN = 0.02
+"""Share of the stroke at each end that does not belong to the motion."""
+_NOISE = 6.0
+"""A stroke is larger than this many times the noise of the position."""
+_MOST_ENDS = 20
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A motion over a distance, in the position's unit.
+
+    `start` and `arrival` are the first samples beyond 2 % and at 98 % of the distance.
+    """
+
+    distance: float
+    start: int
+    arrival: int
+
+    @property
+    def direction(self) -> str:
+        """``+`` or ``-``."""
+        return "+" if self.distance > 0.0 else "-"
+
+
+def find_stroke(position: Array) -> Stroke | None:
+    """The stroke in a position; None if its distance is within the noise."""
+    n_end = min(_MOST_ENDS, max(1, position.size // 50))
+    first, last = float(np.median(position[:n_end])), float(np.median(position[-n_end:]))
+    noise = float(np.median(np.abs(np.diff(position)))) if position.size > 1 else 0.0
+    distance = last - first
+    if not abs(distance) > ABOVE * _NOISE * noise or not np.isfinite(distance):
+        return None
+    progress, margin = (position - first) / distance, ABOVE * _MARGIN
+    return Stroke(distance, int(np.argmax(progress > margin)), int(np.argmax(progress >= 1.0 - margin)))
+
+
+def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | None) -> tuple[Issue, ...]:
+    """A remark if a stroke is too short."""
+    distance = 0.0 if stroke is None else abs(stroke.distance)
+    if shortest is None or distance >= BELOW * shortest:
+        return ()
+    unit = recording.unit(Channel.PISTON_POSITION)
+    return (
+        Issue(f"the stroke is {distance:.4g} {unit}, less than {shortest:.4g} {unit}", kind="short_stroke"),
+    )
+
+
+def part(recording: Recording, first: int, stop: int, start_time: float | None = None) -> Recording:
+    """The samples from `first` to before `stop`; time continues unless `start_time` is given."""
+    start = recording.start_time + first / recording.sampling_frequency if start_time is None else start_time
+    channels = {channel: samples[first:stop] for channel, samples in recording.channels.items()}
+    date = recording.date + first / recording.sampling_frequency
+    return replace(recording, channels=channels, start_time=start, date=date)
+
+
+def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
+    """The recording without its trimmed ends."""
+    frequency, n_time = recording.sampling_frequency, recording.n_time
+    first, stop = _samples(trim.start, frequency), n_time - _samples(trim.end, frequency)
+    if stop - first < 2:
+        raise RejectionError("short", f"lasts {n_time / frequency:g} s; nothing is left after trimming")
+    return recording if (first, stop) == (0, n_time) else part(recording, first, stop)
+
+
+def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording | RejectionError]:
+    """The cycles of a file, each with its own time zero; a remark states the time outside of them."""
+    spans = _spans(recording, cycles)
+    if not spans:
+        raise RejectionError("no_cycle", f"contains no complete cycle by {cycles.by}")
+    left_out = _left_out(recording, spans)
+    for number, (first, stop) in enumerate(spans):
+        cycle = part(recording, first, stop, start_time=0.0)
+        cycle = cycle.remarked(left_out) if number == 0 else cycle
+        try:
+            yield of_length(cycle, cycles.length, "the cycle")
+        except RejectionError as rejection:
+            yield rejection
+
+
+def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConfig) -> Recording:
+    """The requested part of a stroke."""
+    if stroke is None:
+        raise RejectionError("no_motion", "the piston does not move")
+    frequency = recording.sampling_frequency
+    first, stop = {
+        "motion": (stroke.start, stroke.arrival),
+        "impact": (stroke.arrival - _samples(segment.before, frequency), recording.n_time),
+        "hold": (stroke.arrival + _samples(segment.settle, frequency), recording.n_time),
+    }[segment.part]
+    if first < 0 or stop - first < 2:
+        raise RejectionError("short", f"contains no {segment.part} of the stroke")
+    return of_length(part(recording, first, stop, start_time=0.0), segment.length, f"the {segment.part}")
+
+
+def of_length(recording: Recording, length: float | None, what: str) -> Recording:
+    """The first part of a recording, of the requested length [s]."""
+    frequency = recording.sampling_frequency
+    n_time = recording.n_time if length is None else _samples(length, frequency)
+    if not 2 <= n_time <= recording.n_time:
+        lasts = recording.n_time / frequency
+        raise RejectionError("short", f"{what} lasts {lasts:g} s; the description requires {length or 0:g} s")
+    return recording if n_time == recording.n_time else part(recording, 0, n_time, recording.start_time)
+
+
+def _samples(duration: float, frequency: float) -> int:
+    return round(min(duration * frequency, 1e15))
+
+
+def _spans(recording: Recording, cycles: CyclesConfig) -> list[tuple[int, int]]:
+    if cycles.by == "period":
+        assert cycles.period is not None
+        per_cycle = cycles.period * recording.sampling_frequency
+        n_cycle = int((recording.n_time + 1e-6) / per_cycle) if per_cycle >= 2.0 else 0
+        starts = [round(round(number * per_cycle, 6)) for number in range(n_cycle)]
+        return [(start, start + int(per_cycle + 1e-6)) for start in starts]
+    return list(pairwise(edges(recording.channels[cycles.channel], cycles.edge)))
+
+
+def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue, ...]:
+    before, after = spans[0][0], recording.n_time - spans[-1][1]
+    if not before + after:
+        return ()
+    durations = [n / recording.sampling_frequency for n in (before, after)]
+    text = f"{durations[0]:g} s before the first cycle and {durations[1]:g} s after the last are left out"
+    return (Issue(text, kind="left_out"),)

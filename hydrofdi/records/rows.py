@@ -103,9 +103,9 @@ class RowReader(Titled):
 
     def are_units(self, cells: Sequence[str]) -> bool:
         """Whether cells below names are units, as the format states or else as they look."""
-        found = [cell.strip() for cell in cells if cell.strip()]
-        are_units = all(not self.is_number(cell) and is_unit(cell.strip(_AROUND)) for cell in found)
-        return bool(found) and are_units if self._form.units_row is None else self._form.units_row
+        units = [cell.strip() for cell in cells if cell.strip()]
+        are_units = all(not self.is_number(cell) and is_unit(cell.strip(_AROUND)) for cell in units)
+        return bool(units) and are_units if self._form.units_row is None else self._form.units_row
 
     def unit(self, position: int) -> str:
         """Unit of a column in the row of units, or else in its name; empty if neither states one."""
@@ -174,7 +174,7 @@ class RowReader(Titled):
     def texts(self, lines: Sequence[str], positions: Sequence[int]) -> list[list[str]]:
         """Cells of columns; empty if a row is too short."""
         rows = self.cells(lines) if positions else []
-        return [[row[each] if each < len(row) else "" for row in rows] for each in positions]
+        return [[row[position] if position < len(row) else "" for row in rows] for position in positions]
 
     def is_number(self, cell: str) -> bool:
         """Whether a cell is a number or missing."""
@@ -245,8 +245,8 @@ def _delimiter_of(first_lines: Sequence[str], form: FormatConfig) -> str:
     bare = [re.sub(r'"[^"]*"', "", line) for line in first_lines]
     is_quoted = any('"' in line for line in first_lines) and form.decimal in "".join(bare[-1:])
     signs = [sign for sign in "\t;,|" if sign != form.decimal or is_quoted]
-    found = next((sign for sign in signs if sign in "".join(bare[:1])), None)
-    return found or (" " if " " in "".join(first_lines[-1:]).strip() else "\t")
+    delimiter = next((sign for sign in signs if sign in "".join(bare[:1])), None)
+    return delimiter or (" " if " " in "".join(first_lines[-1:]).strip() else "\t")
 
 
 class Reading:
@@ -270,16 +270,16 @@ class Reading:
         width = self._rows.width(lines)
         if width < self._usual:
             return width, len(lines), dict.fromkeys(self.columns, np.full(len(lines), np.nan))
-        found = dict(zip(self._numeric, self._rows.numbers(lines, self._numeric), strict=True))
+        columns = dict(zip(self._numeric, self._rows.numbers(lines, self._numeric), strict=True))
         for position, texts in zip(self._dated, self._rows.texts(lines, self._dated), strict=True):
             try:
                 if self._date is not None:
                     (days,) = self._rows.texts(lines, [self._date])
                     texts = [f"{day.strip()} {text.strip()}" for day, text in zip(days, texts, strict=True)]
-                found[position] = self._seconds(texts)
+                columns[position] = self._seconds(texts)
             except ValueError as error:
                 raise ValueError(f"column {self._rows.titles[position]!r}: {error}") from None
-        return width, len(lines), found
+        return width, len(lines), columns
 
     def add(self, width: int, n_row: int, columns: Mapping[int, Array], line: int) -> None:
         """Take rows, the first of which stands in a line."""

@@ -17,15 +17,7 @@ import numpy as np
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.columns import RejectionError, Table
-from hydrofdi.records.cutting import (
-    cycles_of,
-    find_stroke,
-    normalized,
-    reference_pressure,
-    segment_of,
-    short_stroke,
-    trimmed,
-)
+from hydrofdi.records.data_sheet import usual_sheet_lines
 from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.description import (
     OF_STREAMS,
@@ -36,8 +28,16 @@ from hydrofdi.records.description import (
     path_pattern,
 )
 from hydrofdi.records.files import open_table
-from hydrofdi.records.proposals import completed, suggested_description
-from hydrofdi.records.recording import Recording, recording_of
+from hydrofdi.records.proposals import completed, proposed_description
+from hydrofdi.records.recording import (
+    Recording,
+    cycles_of,
+    find_stroke,
+    recording_of,
+    segment_of,
+    short_stroke,
+    trimmed,
+)
 from hydrofdi.records.times import instant
 from hydrofdi.settings.files import Source, read_yaml, validated
 
@@ -94,7 +94,6 @@ def _batch(
         groups=tuple(record.group for record in records),
         drive_period=drive_period,
         relative=first.relative,
-        normalized=first.normalized,
         remarks=tuple(record.remarks for record in records),
         rejected=tuple(rejected),
         units={channel: frozenset(record.units[channel] for record in records) for channel in first.units},
@@ -152,8 +151,8 @@ class MeasuredSource:
             yield from records
 
     def _of_file(self, path: Path) -> Iterator[Recording | RejectedRecord]:
-        place, config = Path(os.path.relpath(path, self.folder)).as_posix(), self.config
-        names = names_of_path(place, self._pattern)
+        source, config = Path(os.path.relpath(path, self.folder)).as_posix(), self.config
+        names = names_of_path(source, self._pattern)
         try:
             if names is None:
                 raise RejectionError("path", f"the path does not match {config.path!r}")
@@ -164,14 +163,14 @@ class MeasuredSource:
             recording = trimmed(recording, config.trim)
             cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
         except RejectionError as rejection:
-            yield RejectedRecord(place, place, "", rejection.remark)
+            yield RejectedRecord(source, source, "", rejection.remark)
             return
         for number, cycle in enumerate(cycles, 1):
-            record_id = place if config.cycles is None else f"{place}#{number}"
+            record_id = source if config.cycles is None else f"{source}#{number}"
             if isinstance(cycle, RejectionError):
-                yield RejectedRecord(record_id, place, "", cycle.remark)
+                yield RejectedRecord(record_id, source, "", cycle.remark)
             else:
-                yield self._formed(replace(cycle, record_id=record_id, source=place), names)
+                yield self._formed(replace(cycle, record_id=record_id, source=source), names)
 
     def _formed(self, cycle: Recording, names: Mapping[str, str]) -> Recording | RejectedRecord:
         """The requested part of a cycle, with its group, label and findings."""
@@ -181,12 +180,10 @@ class MeasuredSource:
         group, label = (filled(template, known) for template in (config.group, config.label))
         try:
             record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
-            found = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
+            remarks = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
             own = config.actuator.ranges.items()
-            ranges = {each: limits for each, limits in own if each not in record.relative} | self._ranges
-            record = record.remarked((*found, *defects(record, config.limits, ranges)))
-            if config.normalize != "none":
-                record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
+            ranges = {name: limits for name, limits in own if name not in record.relative} | self._ranges
+            record = record.remarked((*remarks, *defects(record, config.limits, ranges)))
         except RejectionError as rejection:
             return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
         return replace(record, group=group, label=label)
@@ -229,11 +226,11 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
 def _files(config: MeasuredConfig, source: Source, folder: Path) -> set[Path]:
     files: set[Path] = set()
     for number, pattern in enumerate(config.files):
-        found = matching_files(folder, pattern)
-        if not found:
+        matching = matching_files(folder, pattern)
+        if not matching:
             message = f"no file matches {pattern!r} in {folder.resolve().name}"
             raise ConfigError([source.mistake(("files", number), message)])
-        files.update(found)
+        files.update(matching)
     return files
 
 
@@ -291,7 +288,7 @@ class MemoryTable(Table):
 
     def row(self, row: int) -> MemoryTable:
         """One of the records."""
-        return replace(self, columns=[each if each.ndim == 1 else each[row] for each in self.columns])
+        return replace(self, columns=[column if column.ndim == 1 else column[row] for column in self.columns])
 
 
 @dataclass(frozen=True)
@@ -342,19 +339,20 @@ def plain_source(path: Path | str, sampling_frequency: float | None = None) -> M
     All files of a folder have the columns of the first readable one; subfolders and hidden files are not
     read.
     """
-    place = Path(path)
-    files = _files_at(place)
+    folder = Path(path)
+    files = _files_at(folder)
     sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
     named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
     config, unused = completed(named, files, is_plain=True)
-    return MeasuredSource(str(path), config, files, place if place.is_dir() else place.parent, unused)
+    return MeasuredSource(str(path), config, files, folder if folder.is_dir() else folder.parent, unused)
 
 
 def write_description(path: Path, file: Path, sampling_frequency: float | None = None) -> str:
     """Write what the headers of a measured file, or of a folder of them, state as a description; its text."""
     files = _files_at(path)
     pattern = os.path.relpath(path / f"*{files[0].suffix}" if path.is_dir() else path, file.parent)
-    text = suggested_description(files[0], pattern, sampling_frequency)
+    text = proposed_description(files[0], pattern, sampling_frequency)
+    text = "\n".join([text, *usual_sheet_lines()]) + "\n"
     try:
         with open(file, "x", encoding="utf-8") as out:
             out.write(text)
@@ -401,8 +399,8 @@ def matching_files(folder: Path, pattern: str) -> list[Path]:
     start = folder.joinpath(*parts[:literal])
     if literal == len(parts):
         return [start] if start.is_file() else []
-    found = glob.glob(os.path.join(*parts[literal:]), root_dir=start, recursive=True)
-    return in_natural_order(start / name for name in found if (start / name).is_file())
+    names = glob.glob(os.path.join(*parts[literal:]), root_dir=start, recursive=True)
+    return in_natural_order(start / name for name in names if (start / name).is_file())
 
 
 def in_natural_order(paths: Iterable[Path]) -> list[Path]:

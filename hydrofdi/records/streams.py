@@ -1,13 +1,16 @@
-"""Streams: samples are checked as they come and cut into windows, which do not depend on the chunks."""
+"""Streams: samples are joined and checked as they come, and cut into windows; none depends on the chunks."""
 
 from __future__ import annotations
 
+import math
 import zlib
 from abc import ABC, abstractmethod
+from bisect import bisect_left, insort
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import pairwise
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -15,10 +18,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
 from hydrofdi.records import Array, Channel
-from hydrofdi.records.cutting import Direction, drive_edges
-from hydrofdi.records.defects import frozen_time, must_change
-from hydrofdi.records.times import other_unit, uneven_window
-from hydrofdi.settings.messages import counted
+from hydrofdi.records.defects import fault_of
+from hydrofdi.records.recording import Direction, drive_edges
+from hydrofdi.records.times import other_unit
 
 _FARTHEST = 1e11
 """Largest distance of a time stamp from zero [s]: about 3,000 years."""
@@ -135,7 +137,7 @@ class EvenStream:
         kept = {name: state[name] for name in ("said", "begin", "begin_before")}
         after = {**self.start(), **kept, "last": np.array(chunk.time[-1])}
         is_first = bool(state["last"] == -np.inf)
-        return after, [Chunk(chunk.time, self._rows(chunk), begins_anew=is_first)], []
+        return after, [Chunk(chunk.time, chunk.of(self.channels), begins_anew=is_first)], []
 
     def _beginning(self, state: State, chunk: Chunk) -> Array:
         """Checksum and number of the first samples after a chunk."""
@@ -143,7 +145,7 @@ class EvenStream:
         if n_before == self._patience:
             return state["begin"]
         some = slice(self._patience - n_before)
-        samples = np.column_stack([row[some] for row in (chunk.time, *self._rows(chunk).values())])
+        samples = np.column_stack([row[some] for row in (chunk.time, *chunk.of(self.channels).values())])
         return np.array([zlib.crc32(samples.tobytes(), checksum), n_before + len(samples)])
 
     def _is_sound(self, state: State, time: Array) -> bool:
@@ -212,15 +214,10 @@ class EvenStream:
 
     def _pieces(self, chunk: Chunk, accepted: Sequence[int], anew: Sequence[int]) -> list[Chunk]:
         """The accepted samples of a chunk; those at `anew` do not continue the sample before."""
-        rows = {channel: row[accepted] for channel, row in self._rows(chunk).items()}
+        rows = {channel: row[accepted] for channel, row in chunk.of(self.channels).items()}
         whole = Chunk(chunk.time[accepted], rows)
         bounds = sorted({*anew, 0, len(accepted)})
-        parts = [(first, whole.part(first, stop)) for first, stop in pairwise(bounds)]
-        return [Chunk(part.time, part.channels, begins_anew=first in anew) for first, part in parts]
-
-    def _rows(self, chunk: Chunk) -> dict[Channel, Array]:
-        missing = np.full(chunk.n_time, np.nan)
-        return {channel: chunk.channels.get(channel, missing) for channel in self.channels}
+        return [replace(whole.part(start, end), begins_anew=start in anew) for start, end in pairwise(bounds)]
 
 
 class _Reports:
@@ -273,10 +270,15 @@ class Chunk:
         """Number of samples."""
         return int(self.time.size)
 
+    def of(self, channels: Sequence[Channel]) -> dict[Channel, Array]:
+        """Samples of channels; NaN of those that the chunk lacks."""
+        missing = np.full(self.n_time, np.nan)
+        return {channel: self.channels.get(channel, missing) for channel in channels}
+
     def part(self, first: int, stop: int) -> Chunk:
         """The samples from `first` to before `stop`."""
         rows = {channel: row[first:stop] for channel, row in self.channels.items()}
-        unread = {place - first: text for place, text in self.unread.items() if first <= place < stop}
+        unread = {index - first: text for index, text in self.unread.items() if first <= index < stop}
         return Chunk(self.time[first:stop], rows, unread, self.begins_anew and first == 0)
 
     @property
@@ -286,6 +288,80 @@ class Chunk:
         if is_readable.all():
             return self
         return Chunk(self.time[is_readable], {name: row[is_readable] for name, row in self.channels.items()})
+
+
+_WAIT, _MOST = 2.0, 4096
+"""How long [s], and with how many later ones, a sample waits for a channel that sends nothing more."""
+_stamp = itemgetter(0)
+
+
+class Joining:
+    """Joins samples within half a sampling period that have different channels; others stay as they are.
+
+    A sample without a channel is complete as soon as this channel has a later value. The results do not
+    depend on the chunks.
+    """
+
+    def __init__(self, sampling_frequency: float, channels: Sequence[Channel]) -> None:
+        self._channels, self._tolerance = tuple(channels), 0.501 / sampling_frequency
+
+    def start(self) -> State:
+        """The state before the first sample: samples that wait, and the latest instant of each channel."""
+        return {
+            "rows": np.empty((0, 1 + len(self._channels))),
+            "latest": np.full(len(self._channels), -np.inf),
+        }
+
+    def step(self, state: State, chunk: Chunk, *, is_end: bool = False) -> tuple[State, Chunk]:
+        """The state after a chunk, and the samples that are complete, at the end of a stream all of them."""
+        rows = np.column_stack([chunk.time, *chunk.of(self._channels).values()])
+        if not state["rows"].size and not np.isnan(rows).any():
+            if not chunk.n_time:
+                return state, chunk
+            return {**state, "latest": np.full(len(self._channels), chunk.time[-1])}, chunk
+        waiting, latest = state["rows"].tolist(), state["latest"].tolist()
+        ready, unread = list[list[float]](), dict[int, str]()
+        for index, row in enumerate(rows.tolist()):
+            if not math.isfinite(row[0]):
+                unread |= {len(ready): chunk.unread[index]} if index in chunk.unread else {}
+                ready.append(row)
+                continue
+            present = [n for n, value in enumerate(row[1:], 1) if not math.isnan(value)]
+            for n in present:
+                latest[n - 1] = row[0]
+            if (fitting := self._fitting(waiting, row[0], present)) is not None:
+                for n in present:
+                    fitting[n] = row[n]
+            else:
+                insort(waiting, row, key=_stamp)
+            n_ready = 0
+            while n_ready < len(waiting) and self._is_ready(waiting, n_ready, latest):
+                n_ready += 1
+            ready += waiting[:n_ready]
+            del waiting[:n_ready]
+        if is_end:
+            ready, waiting = ready + waiting, []
+        time, *columns = np.array(ready).reshape(-1, rows.shape[1]).T.copy()
+        held = np.array(waiting).reshape(-1, rows.shape[1])
+        joined = Chunk(time, dict(zip(self._channels, columns, strict=True)), unread)
+        return {"rows": held, "latest": np.array(latest)}, joined
+
+    def _fitting(self, waiting: Sequence[list[float]], time: float, present: list[int]) -> list[float] | None:
+        """The nearest of the waiting samples that lacks the channels of another one."""
+        index, candidates = bisect_left(waiting, time - self._tolerance, key=_stamp), list[list[float]]()
+        while index < len(waiting) and waiting[index][0] <= time + self._tolerance:
+            candidates += [waiting[index]] if all(math.isnan(waiting[index][n]) for n in present) else []
+            index += 1
+        return min(candidates, key=lambda other: abs(other[0] - time), default=None)
+
+    def _is_ready(self, waiting: Sequence[list[float]], index: int, latest: Sequence[float]) -> bool:
+        time, *values = waiting[index]
+        if waiting[-1][0] - time > _WAIT or len(waiting) - index > _MOST:
+            return True
+        return all(
+            not math.isnan(value) or newest > time + self._tolerance
+            for value, newest in zip(values, latest, strict=True)
+        )
 
 
 @dataclass(frozen=True)
@@ -300,10 +376,6 @@ class Window:
     time: Array
     channels: Mapping[Channel, Array]
     fault: Issue | None = None
-
-
-_RATE = 0.01
-"""Share of the sampling frequency by which the mean rate of a window may differ."""
 
 
 class Windower(ABC):
@@ -402,8 +474,8 @@ class CycleWindower(Windower):
         side, is_open = (0, False) if piece.begins_anew else (int(state["side"]), bool(state["is_open"]))
         rows, number = self._rows(state, piece), int(state["number"])
         n_held = rows.shape[1] - piece.n_time
-        places, side = drive_edges(piece.channels[self.drive_channel], self.drive, self.edge, side)
-        firsts = ([0] if is_open else []) + [n_held + int(place) for place in places]
+        edges, side = drive_edges(piece.channels[self.drive_channel], self.drive, self.edge, side)
+        firsts = ([0] if is_open else []) + [n_held + int(edge) for edge in edges]
         spans = [
             (first, min(first + self.n_sample, following))
             for first, following in pairwise([*firsts, rows.shape[1]])
@@ -413,32 +485,3 @@ class CycleWindower(Windower):
         windows = list(self._windows(rows, spans, number))
         counts = {"is_open": is_open, "side": side, "number": number + len(windows)}
         return {"held": held, **{name: np.array(count) for name, count in counts.items()}}, windows
-
-
-def fault_of(
-    time: Array, samples: Array, channels: tuple[Channel, ...], n_sample: int, sampling_frequency: float
-) -> Issue | None:
-    """The first fault of a window, in the order: length, rate, steps, missing samples, stuck channels."""
-    n_time = time.size
-    if n_time < n_sample:
-        return Issue(f"the cycle has {counted(n_time, 'sample')} instead of {n_sample}", kind="short_cycle")
-    rate = (n_time - 1) / float(time[-1] - time[0]) if n_time > 1 else sampling_frequency
-    if abs(rate - sampling_frequency) > _RATE * sampling_frequency:
-        text = f"samples come at {rate:.4g} Hz instead of {sampling_frequency:.4g} Hz"
-        return Issue(text + other_unit(1.0 / rate, 1.0 / sampling_frequency), kind="other_rate")
-    if text := uneven_window(time):
-        return Issue(text, kind="uneven")
-    lows, highs = samples.min(axis=1), samples.max(axis=1)
-    for row in np.flatnonzero(~(np.isfinite(lows) & np.isfinite(highs))):
-        n_missing = int(np.count_nonzero(~np.isfinite(samples[row])))
-        if n_missing == n_time:
-            return Issue(f"{channels[row]} is missing", kind="missing_channel")
-        text = f"{n_missing} of {counted(n_time, 'sample')} of {channels[row]} are missing or not finite"
-        return Issue(text, kind="missing")
-    for row in np.flatnonzero(lows == highs):
-        if must_change(channels[row]):
-            return Issue(f"{channels[row]} never changes", kind="stuck")
-    if frozen := frozen_time(dict(zip(channels, samples, strict=True)), sampling_frequency):
-        text = f"{Channel.PISTON_POSITION} does not change for {frozen:.3g} s while the pressures do"
-        return Issue(text, kind="stuck")
-    return None

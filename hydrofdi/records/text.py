@@ -91,7 +91,7 @@ class TextTable(Table):
         self._rows = RowReader(form, [line for _, line in kept[:2]], place)
         if (n_column := kept[0][1].count(self._rows.delimiter) + 1) > _MOST_COLUMNS:
             raise DataError(f"{place}: has {n_column:,} columns; export {_MOST_COLUMNS:,} of them at most")
-        kept = [each for each in kept if not self._rows.is_empty(each[1])]
+        kept = [row for row in kept if not self._rows.is_empty(row[1])]
         self._lines, texts = [number for number, _ in kept], [line for _, line in kept]
         cells = self._cells_of(texts)
         try:
@@ -118,8 +118,8 @@ class TextTable(Table):
             return {}
         steps = {n: self._first_step(n) for n in named}
         others = [n for n in range(len(self.titles)) if n not in named and n > named[0]]
-        found = {n: max(each for each in named if each < n) for n in others}
-        return dict(sorted(found.items(), key=lambda item: steps[item[1]]))
+        times = {n: max(own for own in named if own < n) for n in others}
+        return dict(sorted(times.items(), key=lambda item: steps[item[1]]))
 
     def _first_step(self, position: int) -> float:
         with suppress(ValueError, IndexError):
@@ -158,18 +158,18 @@ class TextTable(Table):
 
     def tokens(self, known: Collection[str]) -> list[str]:
         """Which of the known texts stand in cells anywhere, as they are written."""
-        found: dict[str, None] = {}
+        tokens: dict[str, None] = {}
         for _, lines in self._row_blocks():
             for _, cells in runs(lines, self._rows.cells):
                 texts = chain.from_iterable([] if isinstance(cells, ValueError) else cells)
-                found |= dict.fromkeys(text.strip() for text in texts if text.strip().lower() in known)
-        return [text for text in found if not self._rows.is_number(text)]
+                tokens |= dict.fromkeys(text.strip() for text in texts if text.strip().lower() in known)
+        return [text for text in tokens if not self._rows.is_number(text)]
 
     @property
     def has_decimal_commas(self) -> bool:
         """Whether the first row of numbers has decimal commas, contrary to the description."""
         first = self.first_numeric or (0, next(iter(self.example), []))
-        return self._form.decimal == "." and any(_COMMA_NUMBER.fullmatch(each.strip()) for each in first[1])
+        return self._form.decimal == "." and any(_COMMA_NUMBER.fullmatch(cell.strip()) for cell in first[1])
 
     @property
     def has_numbers(self) -> bool:
@@ -217,16 +217,16 @@ class TextTable(Table):
         is_unended = False
         for number, lines in self._row_blocks():
             is_unended = not self._rows.is_empty(lines[-1])
-            for row, found in runs(lines, reading.parse):
-                if not isinstance(found, ValueError):
-                    reading.add(*found, number + row)
+            for row, parsed in runs(lines, reading.parse):
+                if not isinstance(parsed, ValueError):
+                    reading.add(*parsed, number + row)
                 elif self._rows.is_empty(lines[row]):
                     reading.n_waiting += 1
                 else:
-                    is_value = str(found).startswith("column")
-                    is_foot = _NO_NUMBER.search(str(found))
+                    is_value = str(parsed).startswith("column")
+                    is_foot = _NO_NUMBER.search(str(parsed))
                     hint = HEAD_HINT if not (is_value and reading.n_row) else FOOT_HINT if is_foot else ""
-                    raise DataError(f"{self.place}:{number + row}: {found}{hint}")
+                    raise DataError(f"{self.place}:{number + row}: {parsed}{hint}")
         self.remarks = tuple(reading.remarks(is_unended))
         self._n_row, self._broken = reading.n_row, reading.broken
         self._columns |= reading.columns
@@ -242,17 +242,17 @@ class TextTable(Table):
             kept = [(n, line) for n, line in enumerate(lines[skip:], skip + 1) if not reader.is_empty(line)]
             if len(kept) > 3:
                 break
-        return [*dropwhile(lambda each: not each[1].strip(), kept)][:_SOME]
+        return [*dropwhile(lambda row: not row[1].strip(), kept)][:_SOME]
 
     def _cells_of(self, texts: list[str]) -> list[list[str]]:
         """Cells of the first lines."""
-        found: list[list[str]] = []
-        for place, cells in runs(texts, self._rows.cells):
+        rows: list[list[str]] = []
+        for row, cells in runs(texts, self._rows.cells):
             if isinstance(cells, ValueError):
-                raise DataError(f"{self._place(place)}: {cells}")
-            found += cells
-        found[0] = self._rows.header(texts[0]) if self._rows.delimiter == " " else found[0]
-        return found
+                raise DataError(f"{self._place(row)}: {cells}")
+            rows += cells
+        rows[0] = self._rows.header(texts[0]) if self._rows.delimiter == " " else rows[0]
+        return rows
 
     def _row_blocks(self) -> Iterator[tuple[int, list[str]]]:
         """Blocks of lines below the header, each with the number of its first line."""
@@ -274,7 +274,7 @@ class TextTable(Table):
     def _row_lines(self) -> Iterator[tuple[int, str]]:
         """Lines of rows with their numbers."""
         for number, block in self._row_blocks():
-            yield from (each for each in enumerate(block, number) if not self._rows.is_empty(each[1]))
+            yield from (line for line in enumerate(block, number) if not self._rows.is_empty(line[1]))
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
@@ -320,8 +320,8 @@ class LongTable(Table):
         self.place, self._text = text.place, text
         self._name, self._value = text.find(form.name), text.find(form.value)
         names = np.array(text.texts(self._name))
-        found, counts = np.unique(names, return_counts=True)
-        ordered = [str(name) for name in found[np.argsort(-counts, kind="stable")]]
+        distinct, counts = np.unique(names, return_counts=True)
+        ordered = [str(name) for name in distinct[np.argsort(-counts, kind="stable")]]
         self._read: dict[int, Array] = {}
         self._times: dict[int, tuple[Array, float]] = {}
         self._rows = [np.flatnonzero(names == name) for name in ordered]

@@ -77,21 +77,21 @@ def instant(text: str, zone: tzinfo | None = None, form: str = "") -> Instant:
     try:
         turned = _POINTED.sub(lambda at: f"{at[3]}-{at[2]:0>2}-{at[1]:0>2}T{at[4]:0>2}:", written)
         turned = f"1970-01-01T{turned:0>8}" if _OF_DAY.fullmatch(turned) else turned
-        found = datetime.strptime(written, form) if form else datetime.fromisoformat(turned)
-        found = found.replace(tzinfo=zone) if found.tzinfo is None else found
-        passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
+        date = datetime.strptime(written, form) if form else datetime.fromisoformat(turned)
+        date = date.replace(tzinfo=zone) if date.tzinfo is None else date
+        passed = date - (_EPOCH if date.tzinfo is None else _EPOCH_UTC)
     except (ValueError, OverflowError):
         what = f"in the format {form!r}" if form else f"such as {_EXAMPLE}; state its format in 'time'"
         raise ValueError(f"{written[:40]!r} is not a date and time {what}") from None
     digits = _BEYOND.search(written)  # datetime ignores what is below a microsecond
     nanoseconds = int(f"{digits[1]:0<3}") if digits else 0
     whole = passed.days * 86_400 + passed.seconds
-    return Instant(whole * _BILLION + passed.microseconds * 1000 + nanoseconds, found.tzinfo is not None)
+    return Instant(whole * _BILLION + passed.microseconds * 1000 + nanoseconds, date.tzinfo is not None)
 
 
 def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> Array:
     """Time since an instant [s], shape (n_time,); NaN for None. Rounded once, after the difference."""
-    if any(found and first and found.has_zone != first.has_zone for found in instants):
+    if any(date and first and date.has_zone != first.has_zone for date in instants):
         raise ValueError("some dates have a zone and others have none")
     start = first.nanoseconds if first else 0
     passed = (float("nan") if at is None else (at.nanoseconds - start) / _BILLION for at in instants)
@@ -101,12 +101,12 @@ def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> 
 def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
     """Dates as time since 1970-01-01T00:00Z [s], shape (n_time,); `zone` is that of texts without one."""
     instants = [instant(text, zone) for text in texts]
-    if not all(found.has_zone for found in instants):
+    if not all(date.has_zone for date in instants):
         raise ValueError(
             f"the time has no zone; write it like {_EXAMPLE}, or state the zone in the file of"
             f" config: 'zone: Europe/Berlin'"
         )
-    return np.array([found.nanoseconds / _BILLION for found in instants], dtype=np.float64)
+    return np.array([date.nanoseconds / _BILLION for date in instants], dtype=np.float64)
 
 
 _DAY = 86_400.0
@@ -133,15 +133,15 @@ def time_column(table: Titled, configured: TimeConfig | None) -> ReadColumn | No
     Dates need no unit, and ``time`` is in seconds if none is stated.
     """
     if configured is not None:
-        found = [find_column(table.titles, configured.column, table.place)]
+        positions = [find_column(table.titles, configured.column, table.place)]
     elif clocks := table.clocks():
-        found = [next(iter(clocks.values()))]
-    elif len(found := named_time(table)) > 1:
-        names = ", ".join(shortened(table.titles[n]) for n in found)
+        positions = [next(iter(clocks.values()))]
+    elif len(positions := named_time(table)) > 1:
+        names = ", ".join(shortened(table.titles[n]) for n in positions)
         raise DataError(f"{table.place}: has more than one column of time: {names}")
-    if not found:
+    if not positions:
         return None
-    position, title = found[0], table.titles[found[0]]
+    position, title = positions[0], table.titles[positions[0]]
     config = ChannelConfig(column=title, unit=configured.unit if configured else "")
     are_dates, header = table.is_dated(position), table.unit(position)
     header = "" if are_dates and not known_unit(header) else header
@@ -170,7 +170,7 @@ def titles_of_time(table: Titled) -> list[int]:
         unit = known_unit(table.unit(position)) if name in named else None
         if name in named and (unit is None or unit.exponents == _SECOND.exponents):
             named[name].append(position)
-    return next((found for found in named.values() if found), [])
+    return next((positions for positions in named.values() if positions), [])
 
 
 def counts_samples(values: Array) -> bool:
@@ -204,13 +204,13 @@ def likely_unit(values: Array) -> str:
             return unit
         if not zero and (rate <= ABOVE * _FAST or unit == "s"):
             likely.append(unit)
-            first = [float(f"{1.0 / (factor * each):.3e}"[:5]) for each in (step, mean)]
-            rounded += [unit] * any(abs(each / usual - 1.0) < 2e-3 for each in first for usual in _ROUND)
+            first = [float(f"{1.0 / (factor * period):.3e}"[:5]) for period in (step, mean)]
+            rounded += [unit] * any(abs(period / usual - 1.0) < 2e-3 for period in first for usual in _ROUND)
     if likely[:1] == ["s"]:
         others = [unit for unit in rounded if unit != "s"]
         return others[0] if 1.0 / step > ABOVE * _FAST and others else "s"
-    found = likely if len(likely) == 1 else rounded
-    return found[0] if len(found) == 1 else ""
+    candidates = likely if len(likely) == 1 else rounded
+    return candidates[0] if len(candidates) == 1 else ""
 
 
 def require_seconds(values: Array, where: str) -> None:
@@ -241,8 +241,8 @@ def contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
         expected = np.array([np.median(steps), np.mean(steps)]) * frequency if steps.size else np.ones(2)
         if np.all(np.abs(expected - 1.0) > _TOLERANCE):
             with np.errstate(divide="ignore"):
-                found = frequency / expected[0]
-            text = f"column {title!r} says {found:g} Hz, the description {frequency:g} Hz"
+                rate = frequency / expected[0]
+            text = f"column {title!r} says {rate:g} Hz, the description {frequency:g} Hz"
             return (Issue(text, kind="sampling_differs"),)
     return ()
 

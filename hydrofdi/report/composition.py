@@ -33,7 +33,6 @@ from hydrofdi.report.indicators import (
     measured_indicators,
     output_columns,
 )
-from hydrofdi.report.plane import Plane, matrix_block, plane_of
 from hydrofdi.report.responses import (
     MOST_VALUES,
     QUANTILES,
@@ -43,7 +42,7 @@ from hydrofdi.report.responses import (
     strongest_table,
     study_responses,
 )
-from hydrofdi.report.views import View, asked_views
+from hydrofdi.report.views import Plane, View, asked_views, matrix_block, plane_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
@@ -256,7 +255,7 @@ class Report:
         if not self.has_baseline:
             record["delta_not_known"] = self.no_changes
         if self.indicators:
-            record["indicators"] = [indicator_record(each) for each in self.indicators]
+            record["indicators"] = [indicator_record(indicator) for indicator in self.indicators]
         return record
 
     def _row_records(self) -> list[dict[str, Any]]:
@@ -335,7 +334,7 @@ class Report:
         if self.has_results and self.plane:
             caption = "Heat maps over the two parameters that matter most"
             figures["sensitivity"] = FigureKind(caption, partial(draw_sensitivity, self.plane))
-        if self.has_results and any(each.responses for each in self.responses.axes):
+        if self.has_results and any(axis.responses for axis in self.responses.axes):
             caption = (
                 "Each feature over each parameter that varies: median and range of the runs with each value"
             )
@@ -361,11 +360,11 @@ def _rows_table(table: runs.RunTable, *columns: Column) -> Table:
     mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: runs.hole_or(f, f"{f:.1f}"))
     lead = [*runs.lead_columns(table), mode]
     doubts = [doubts_of(verdict) for verdict in table.verdicts]
-    found = {doubt.word for own in doubts for doubt in own}
-    if not found:
+    given = {doubt.word for own in doubts for doubt in own}
+    if not given:
         return Table((*lead, *columns), n_lead=len(lead))
     marks = Column("Verdict", [" ".join(doubt.mark for doubt in own) for own in doubts], is_text=True)
-    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in found)
+    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in given)
     return Table((*lead, *columns, marks), notes=(f"Verdict: {words}.",), n_lead=len(lead))
 
 

@@ -135,17 +135,17 @@ def holes_block(data: ExperimentData) -> Block | None:
 
 def doubts_blocks(data: ExperimentData) -> tuple[Block, ...]:
     """How many runs have which verdict; then what it means, by the worst number, and the remedy."""
-    found = [doubts_of(verdict) for verdict in data.columns.get(VERDICT, np.empty(0)).astype(str)]
+    doubts = [doubts_of(verdict) for verdict in data.columns.get(VERDICT, np.empty(0)).astype(str)]
     rows = []
     for doubt in DOUBTS.values():
-        own = np.array([doubt in each for each in found])
+        own = np.array([doubt in each for each in doubts])
         if own.any():
             worst = 100.0 * float(np.nanmax(data.columns[doubt.number][own]))
             meaning = doubt.meaning.format(f"{worst:.2g}" if worst < 99.5 else f"{worst:.0f}")
             rows.append((f"{doubt.word} ({doubt.mark})", int(own.sum()), meaning, doubt.remedy))
     if not rows:
         return ()
-    n_run = counted(len(found), "run")
+    n_run = counted(len(doubts), "run")
     said = f"To be read with care, of {n_run}: {', '.join(f'{n:,} {word}' for word, n, *_ in rows)}."
     columns = dict(zip(("Verdict", "Runs", "Meaning", "Remedy"), zip(*rows, strict=True), strict=True))
     table = Table.of(columns, key="doubts")
@@ -180,13 +180,13 @@ def _settings(data: ExperimentData) -> tuple[dict[str, Any], dict[str, Any]]:
     """
     usual = _flat(ExperimentConfig(name=data.experiment.name).model_dump(mode="json")) | {"name": None}
     configuration = data.configuration or data.experiment.model_dump(mode="json")
-    found: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
+    settings: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
     replaced = OWN_PLANT if data.experiment.plant.fmu else ()
     for key, content in _flat(without_contents(configuration)).items():
         is_usual = key in usual and usual[key] == content
         if content not in (None, "", [], {}) and not (is_usual and key.partition(".")[0] in replaced):
-            found[is_usual][key] = content
-    return found
+            settings[is_usual][key] = content
+    return settings
 
 
 def _flat(configuration: dict[str, Any]) -> dict[str, Any]:

@@ -138,27 +138,27 @@ def indicators_block(studies: tuple[MeasuredIndicator, ...]) -> Block | None:
     """Outputs of the indicators beside the details without a leak, and what has none; None without any."""
     if not studies:
         return None
-    reasons = Counter((each.label, why) for each in studies for why in each.unmeasured.values())
+    reasons = Counter((study.label, why) for study in studies for why in study.unmeasured.values())
     unmeasured: dict[str, list[Any]] = {
         "Indicator": [label for label, _ in reasons],
         "Runs": [*reasons.values()],
         "Reason": [why for _, why in reasons],
     }
     holes = Table.of(unmeasured, title="Could not be measured", key="indicator-holes")
-    outputs = [output for each in studies for output in each.outputs]
+    outputs = [output for study in studies for output in study.outputs]
     return Block("indicators", "Indicators", (), (_outputs_table(outputs), holes))
 
 
 def _outputs_table(outputs: list[MeasuredOutput]) -> Table:
     columns = [
-        Column("Output", [each.title for each in outputs], is_text=True),
-        Column("Meaning", [each.output.long_name for each in outputs], is_text=True),
-        Column("Unit", [each.unit or HOLE for each in outputs], is_text=True),
-        Column("Value", [_value(each, each.healthy) for each in outputs]),
-        Column("Healthy runs", [int(np.isfinite(each.healthy).sum()) for each in outputs]),
+        Column("Output", [output.title for output in outputs], is_text=True),
+        Column("Meaning", [output.output.long_name for output in outputs], is_text=True),
+        Column("Unit", [output.unit or HOLE for output in outputs], is_text=True),
+        Column("Value", [_value(output, output.healthy) for output in outputs]),
+        Column("Healthy runs", [int(np.isfinite(output.healthy).sum()) for output in outputs]),
     ]
     title = "Outputs without a leak, under the conditions of the fixed baseline"
-    breaks = group_breaks([each.label for each in outputs])
+    breaks = group_breaks([output.label for output in outputs])
     return Table(tuple(columns), title, "indicator-outputs", breaks=breaks)
 
 
@@ -206,9 +206,9 @@ def output_columns(study: MeasuredIndicator, rows: NDArray[np.int64]) -> dict[st
     for output in study.outputs:
         name, unit, data = output.variable, output.output.unit, output.data
         shown = "" if unit == "1" else f" [{unit}]"
-        for place in np.ndindex(output.values.shape[1:]):
-            index = "".join(f"[{part}]" for part in place)
-            columns[f"{name}{index}{shown}"] = output.values[(rows, *place)]
+        for index in np.ndindex(output.values.shape[1:]):
+            suffix = "".join(f"[{part}]" for part in index)
+            columns[f"{name}{suffix}{shown}"] = output.values[(rows, *index)]
         for kind, baseline in data.baselines.items():
             healthy, change = of_healthy(output.means, baseline), f"{name} change_{kind}"
             columns[f"{change} [%]"] = relative_change(healthy, output.means)[rows]

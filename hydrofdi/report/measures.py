@@ -50,7 +50,7 @@ def measures_table(
         sizes = [] if estimate is None or estimate.unit != column.unit else estimate.array.tolist()
         has_any = bool(np.isfinite(values).any())
         numbers[column.name] = quantity(column.name, values, column.unit, sizes=sizes, is_shown=has_any)
-    why = ["; ".join(f"{label}: {reason}" for label, reason in each.reasons.items()) for each in records]
+    why = ["; ".join(f"{label}: {reason}" for label, reason in record.reasons.items()) for record in records]
     reasons = Column("reasons", why, is_text=True, is_shown=False)
     return Table((*lead, *numbers.values(), reasons), notes=tuple(notes), row="record", n_lead=len(lead))
 
@@ -61,7 +61,7 @@ def upright(table: Table, columns: Sequence[MeasuredOutput]) -> Table:
     numbers = {each.name: each for each in table.shown[table.n_shown_lead :]}
     errors = {name: numbers.pop(f"{name}_error") for name in [*numbers] if f"{name}_error" in numbers}
     outputs = sorted(columns, key=lambda each: (not each.output.is_score, not each.output.is_fit))
-    rows = [*others, *(numbers[each.name] for each in outputs if each.name in numbers)]
+    rows = [*others, *(numbers[output.name] for output in outputs if output.name in numbers)]
 
     def text(of: Column, row: int) -> str:
         error = errors.get(of.name)
@@ -71,7 +71,7 @@ def upright(table: Table, columns: Sequence[MeasuredOutput]) -> Table:
         Column(names.text_of(row), [text(each, row) for each in rows], is_text=True)
         for row in range(len(table))
     )
-    headings = Column("number", [each.heading for each in rows], is_text=True)
+    headings = Column("number", [row.heading for row in rows], is_text=True)
     return Table((headings, *records), notes=table.notes)
 
 

@@ -14,11 +14,11 @@ from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.sweep import count_points
-from hydrofdi.config.values import shown_parameter
+from hydrofdi.config.values import shown_modulus, shown_parameter
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import MeasuredIndicator
-from hydrofdi.report.runs import Array, baseline_changes, litres_per_minute, shown_modulus, signed, with_minus
+from hydrofdi.report.runs import Array, baseline_changes, litres_per_minute, signed, with_minus
 from hydrofdi.settings.messages import HOLE, K_I_UNIT, typeset
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
@@ -65,8 +65,8 @@ def fifths(values: NDArray[np.float64]) -> list[tuple[float, float, NDArray[np.b
     edges = np.quantile(values, np.linspace(0.0, 1.0, _FIFTHS + 1))
     # Equal values get the same, largest rank, so that no value is in two fifths.
     rank = np.searchsorted(np.sort(values), values, side="right") - 1
-    place = np.minimum(_FIFTHS * rank // max(values.size - 1, 1), _FIFTHS - 1)
-    return [(float(edges[k]), float(edges[k + 1]), place == k) for k in range(_FIFTHS)]
+    fifth = np.minimum(_FIFTHS * rank // max(values.size - 1, 1), _FIFTHS - 1)
+    return [(float(edges[k]), float(edges[k + 1]), fifth == k) for k in range(_FIFTHS)]
 
 
 @dataclass(frozen=True)
@@ -149,21 +149,21 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
         is_modulus = name == "fluid.bulk_modulus"
         shown = shown_modulus() if is_modulus else shown_parameter(name, values)
         header, text = f"EBM [{shown.unit}]" if is_modulus else shown.header, shown.text
-    found = dict.fromkeys(value for value, is_kept in zip(values, kept, strict=True) if is_kept)
-    if not all(isinstance(value, int | float) for value in found):
-        rows_of = {value: kept & np.array([each == value for each in values]) for value in found}
+    different = dict.fromkeys(value for value, is_kept in zip(values, kept, strict=True) if is_kept)
+    if not all(isinstance(value, int | float) for value in different):
+        rows_of = {value: kept & np.array([each == value for each in values]) for value in different}
         words = (Group(v, HOLE if v is None else text(v), rows) for v, rows in rows_of.items())
         return Axis(name, header, tuple(words), None, text)
     numbers = np.array([v if isinstance(v, int | float) else np.nan for v in values], dtype=float)
     numbers[~kept] = np.nan
-    groups = [Group(value, text(value), numbers == value) for value in sorted(found)]
-    if len(found) > MOST_VALUES:
+    groups = [Group(value, text(value), numbers == value) for value in sorted(different)]
+    if len(different) > MOST_VALUES:
         groups = []
         for low, high, members in fifths(numbers[kept]):
             rows = kept.copy()
             rows[kept] = members
             groups.append(Group(None, f"{text(low)} … {text(high)}", rows))
-    return Axis(name, header, tuple(each for each in groups if each.rows.any()), numbers, text)
+    return Axis(name, header, tuple(group for group in groups if group.rows.any()), numbers, text)
 
 
 @dataclass(frozen=True)
@@ -299,16 +299,16 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
 
 def _details(data: ExperimentData) -> dict[str, tuple[Feature, ...]]:
     """δ of the details of P_1 against each baseline that is another run, and their RMS."""
-    found: dict[str, tuple[Feature, ...]] = {"": (), "fixed": (), "matched": ()}
+    features: dict[str, tuple[Feature, ...]] = {"": (), "fixed": (), "matched": ()}
     if not data.has_details:
-        return found
+        return features
     sizes = data.columns[names.DETAIL_RMS].T * convert(1.0, "kPa")
-    found[""] = tuple(Feature(f"RMS of d{k}", "kPa", values, "Pa") for k, values in enumerate(sizes, 1))
+    features[""] = tuple(Feature(f"RMS of d{k}", "kPa", values, "Pa") for k, values in enumerate(sizes, 1))
     for name, changes in baseline_changes(data).items():
         rows = data.baselines[name]
         if ((rows != names.NO_BASELINE) & (rows != np.arange(data.n_run))).any():
-            found[name] = tuple(Feature(f"δd{k}", "%", values) for k, values in enumerate(changes.T, 1))
-    return found
+            features[name] = tuple(Feature(f"δd{k}", "%", values) for k, values in enumerate(changes.T, 1))
+    return features
 
 
 def _indicator_features(indicators: tuple[MeasuredIndicator, ...]) -> Iterator[Feature]:
@@ -362,9 +362,9 @@ def responses_block(study: ResponseStudy) -> Block | None:
 
 
 def _axis_table(axis: Axis) -> Table:
-    features = [each.feature for each in axis.responses]
+    features = [response.feature for response in axis.responses]
     against = f"; δ against {AGAINST[axis.against]}" if axis.against else ""
-    columns = [Column("Feature", ["runs", *(each.header for each in features)], is_text=True)]
+    columns = [Column("Feature", ["runs", *(feature.header for feature in features)], is_text=True)]
     for index, group in enumerate(axis.groups):
         over = [response.over[index] for response in axis.responses]
         known, count = max(each.n_run for each in over), int(group.rows.sum())

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.values import ShownParameter, shown_parameter
+from hydrofdi.config.values import modulus_column, shown_modulus, shown_parameter
 from hydrofdi.settings.messages import HOLE
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
@@ -143,8 +143,8 @@ def _sortable(values: list[Any]) -> Array:
     """Numbers as they are, words by their place in the file."""
     if all(isinstance(value, int | float) for value in values):
         return np.array(values, dtype=float)
-    places = {value: index for index, value in enumerate(dict.fromkeys(values))}
-    return np.array([places[value] for value in values], dtype=float)
+    order = {value: index for index, value in enumerate(dict.fromkeys(values))}
+    return np.array([order[value] for value in values], dtype=float)
 
 
 def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> dict[str, Array]:
@@ -189,8 +189,8 @@ def best_levels(delta: Array) -> NDArray[np.int64]:
     """Position of the largest δ above zero along the last axis; −1 if there is none."""
     # np.argmax would return the position of a NaN.
     known = np.where(np.isnan(delta), -np.inf, delta)
-    found: NDArray[np.int64] = np.where(known.max(axis=-1) > 0.0, known.argmax(axis=-1), -1)
-    return found
+    best: NDArray[np.int64] = np.where(known.max(axis=-1) > 0.0, known.argmax(axis=-1), -1)
+    return best
 
 
 def level_names(levels: Sequence[int] | NDArray[np.int64]) -> list[str | None]:
@@ -198,20 +198,9 @@ def level_names(levels: Sequence[int] | NDArray[np.int64]) -> list[str | None]:
     return [None if level < 0 else f"d{level + 1}" for level in levels]
 
 
-def shown_modulus() -> ShownParameter:
-    """How people read the EBM: in MPa where the experiment is not written in another unit."""
-    return shown_parameter("fluid.bulk_modulus", [1e9])
-
-
 def modulus_text(bulk_modulus: float) -> str:
     """An EBM with its unit."""
     return f"{shown_modulus().text(bulk_modulus)} {shown_modulus().unit}"
-
-
-def modulus_column(bulk_moduli: Sequence[float] | Array) -> Column:
-    """A column of EBM."""
-    shown = shown_modulus()
-    return Column("bulk_modulus", bulk_moduli, "Pa", f"EBM [{shown.unit}]", shown.text)
 
 
 def litres_per_minute(flow: float) -> str:
@@ -271,11 +260,11 @@ def hole_or(value: float, text: str) -> str:
     return HOLE if math.isnan(value) else text
 
 
-def signed(value: float, decimals: int = 1) -> str:
-    """A number with its sign; no sign where it rounds to zero; a hole if it is missing."""
+def signed(value: float) -> str:
+    """A number with its sign and one decimal; no sign where it rounds to zero; a hole if it is missing."""
     if math.isnan(value):
         return HOLE
-    text = f"{value:+.{decimals}f}"
+    text = f"{value:+.1f}"
     return with_minus(text[1:] if float(text) == 0.0 else text)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Container, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path, PurePath
-from typing import Any, Literal, TypeVar, get_origin
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -174,15 +174,15 @@ def _ready(path: Path) -> Path | None:
     parts = path.parts[1:] if path.parts[:1] == (_FOLDER,) else path.parts
     if path.is_absolute() or not parts or ".." in parts:
         return None
-    place = ready_folder().joinpath(*parts)
-    found = (Path(f"{place}.yaml"), *([place] if place.suffix in (".yaml", ".csv") else []))
-    return next((file for file in found if os.path.isfile(file)), None)
+    base = ready_folder().joinpath(*parts)
+    files = (Path(f"{base}.yaml"), *([base] if base.suffix in (".yaml", ".csv") else []))
+    return next((file for file in files if os.path.isfile(file)), None)
 
 
 @cache
 def ready_folder() -> Path:
     """Where the ready configurations lie."""
-    return next((place for place in _PLACES if place.is_dir()), _PLACES[0])
+    return next((folder for folder in _PLACES if folder.is_dir()), _PLACES[0])
 
 
 def ready_names() -> list[str]:
@@ -220,9 +220,9 @@ def ready_copy(name: str) -> str:
     """The text of a ready configuration for any folder: the files that it names are named as ready ones."""
     home = (ready_folder() / name).parent
 
-    def named(found: re.Match[str]) -> str:
-        file = Path(os.path.normpath(home / found.group()))
-        return file.relative_to(ready_folder()).as_posix() if file.is_file() else found.group()
+    def named(match: re.Match[str]) -> str:
+        file = Path(os.path.normpath(home / match.group()))
+        return file.relative_to(ready_folder()).as_posix() if file.is_file() else match.group()
 
     return "\n".join(_REFERENCE.sub(named, line) for line in _lines(name)) + "\n"
 
@@ -233,9 +233,10 @@ def _lines(name: str) -> list[str]:
     return [line for line in lines if not line.startswith(_SCHEMA_LINE)]
 
 
-def schema(
-    kind: Literal["experiment", "measured", "monitor", "fleet", "detector"] = "experiment",
-) -> dict[str, Any]:
+Kind = Literal["experiment", "measured", "monitor", "fleet", "detector"]
+
+
+def schema(kind: Kind = "experiment") -> dict[str, Any]:
     """The JSON Schema of a kind of file, as ``hydrofdi schema`` prints it.
 
     Raises
@@ -249,12 +250,11 @@ def schema(
     >>> hydrofdi.schema("measured")["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    known = ("experiment", "measured", "monitor", "fleet", "detector")
-    if kind not in known:
-        raise ConfigError(f"kind: {brief(kind)} is unknown{nearest(str(kind), known)}")
+    if kind not in get_args(Kind):
+        raise ConfigError(f"kind: {brief(kind)} is unknown{nearest(str(kind), get_args(Kind))}")
     file = ready_folder() / ("schema.json" if kind == "experiment" else f"{kind}-schema.json")
-    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return found
+    content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return content
 
 
 Model = TypeVar("Model", bound=BaseModel)

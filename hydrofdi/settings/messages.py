@@ -165,17 +165,17 @@ def similar(name: object, known: Sequence[str]) -> str:
     alike = get_close_matches(asked, by_word, 1, 0.8) or get_close_matches(asked, same_letter, 1, 0.6)
     sharing = sorted(own or known, key=lambda key: (-_shared_parts(word, key), len(_last(key).split("_"))))
     meant = [_plain(_SYNONYMS.get(asked, "")), asked, *alike]
-    found = next((by_word[key] for key in meant if key in by_word), None)
-    if not found and sharing and _shared_parts(word, sharing[0]):
-        found = sharing[0]
-    return f"; did you mean {found!r}?" if found else ""
+    best = next((by_word[key] for key in meant if key in by_word), None)
+    if not best and sharing and _shared_parts(word, sharing[0]):
+        best = sharing[0]
+    return f"; did you mean {best!r}?" if best else ""
 
 
 def _shared_parts(word: str, key: str) -> int:
     """How many parts of a word begin a part of a key."""
     parts = re.split(r"[._]", key.lower())
-    asked = [each for each in word.lower().split("_") if len(each) > 2]
-    return sum(any(part.startswith(each) for part in parts) for each in asked)
+    asked = [piece for piece in word.lower().split("_") if len(piece) > 2]
+    return sum(any(part.startswith(piece) for part in parts) for piece in asked)
 
 
 def listed(known: Sequence[str]) -> str:
@@ -193,12 +193,12 @@ def _plain(name: str) -> str:
 
 def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[str] = ()) -> str:
     """One sentence for an error of pydantic: what was found, and what is allowed."""
-    kind, found, context = error["type"], error["input"], error.get("ctx", {})
+    kind, value, context = error["type"], error["input"], error.get("ctx", {})
     if kind in _LIMITS:
         how, limit = _LIMITS[kind]
-        return out_of_range(how, context[limit], found)
+        return out_of_range(how, context[limit], value)
     if kind in _EXPECTED:
-        return f"expected {_EXPECTED[kind]}; found {brief(found)}"
+        return f"expected {_EXPECTED[kind]}; found {brief(value)}"
     match kind:
         case "missing":
             return "is missing"
@@ -207,12 +207,12 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
         case "literal_error" | "enum":
             choices = re.findall("'([^']*)'", context["expected"])
             if len(choices) > _MOST_CHOICES:
-                return f"{brief(found)} is unknown{nearest(str(found), choices)}"
-            return f"must be {context['expected']}; found {brief(found)}{similar(found, choices)}"
+                return f"{brief(value)} is unknown{nearest(str(value), choices)}"
+            return f"must be {context['expected']}; found {brief(value)}{similar(value, choices)}"
         case "value_error":
             message = str(context["error"])
-            return f"{message}; found {brief(found)}" if message.startswith("expected") else message
-    return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {brief(found)}"
+            return f"{message}; found {brief(value)}" if message.startswith("expected") else message
+    return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {brief(value)}"
 
 
 def first_reason(error: ValueError) -> str:
@@ -221,10 +221,10 @@ def first_reason(error: ValueError) -> str:
     return describe_error(errors()[0]) if errors else str(error)
 
 
-def out_of_range(how: str, limit: float, found: Any, unit: str = "1") -> str:
+def out_of_range(how: str, limit: float, value: Any, unit: str = "1") -> str:
     """A number beyond its limit [in `unit`]; a number without a unit is in this one."""
     allowed = shown_quantity(limit, unit) if unit != "1" and limit else f"{limit:g}"
-    own = f"{found:g} {typeset(unit)}".removesuffix(" 1") if isinstance(found, int | float) else found
+    own = f"{value:g} {typeset(unit)}".removesuffix(" 1") if isinstance(value, int | float) else value
     return f"must be {how} {allowed}; found {own}"
 
 
@@ -239,9 +239,9 @@ def counted(count: float, noun: str) -> str:
     return f"{number} {noun if count == 1 else plural}"
 
 
-def brief(found: object) -> str:
+def brief(value: object) -> str:
     """A value that was found, as Python writes it; only its type if that takes more than a few words."""
-    text = repr(found)
-    kind = type(found).__name__
+    text = repr(value)
+    kind = type(value).__name__
     article = "an" if kind[0].lower() in "aeio" else "a"
     return text if len(text) <= _LONGEST and "\n" not in text else f"{article} {kind}"

@@ -73,9 +73,9 @@ def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Cali
     trials = {k: next(search) for k, search in enumerate(searches)}
     solutions: dict[int, Calibration] = {}
     while trials:
-        places = list(trials)
-        for group in positions_by(conditions[k].record for k in places).values():
-            members = [places[position] for position in group]
+        open_conditions = list(trials)
+        for group in positions_by(conditions[k].record for k in open_conditions).values():
+            members = [open_conditions[position] for position in group]
             flows = _mean_flows([conditions[k] for k in members], [trials[k] for k in members])
             for k, flow in zip(members, flows.tolist(), strict=True):
                 try:
@@ -172,8 +172,8 @@ _SHOWN_MISTAKES = 10
 
 def leakage_coefficients(
     runs: Sequence[RunSpec],
-    engine: Engine,
-    known: dict[str, float],
+    engine: Engine | None = None,
+    known: dict[str, float] | None = None,
     *,
     required: Literal["all", "any", "none"] = "all",
     on_solved: Callable[[int], None] = lambda _: None,
@@ -184,7 +184,9 @@ def leakage_coefficients(
 
     Parameters
     ----------
-    known : dict
+    engine : Engine, optional
+        Where K_i are solved, by default this process.
+    known : dict, optional
         Identity of a calibration → K_i; what is solved is added as it comes.
     required : {"all", "any", "none"}
         How many of the leaks have to be possible, else a ConfigError; a flow that no K_i reaches gives NaN.
@@ -195,8 +197,9 @@ def leakage_coefficients(
     time_per_job : float, optional
         Wall time of one run [s]; a solution may take that of `MOST_TRIALS`.
     """
+    engine, known = engine or Engine(), {} if known is None else known
     identities_of_runs, conditions = _conditions(runs)
-    unsolved = [each for each in conditions.items() if each[0] not in known]
+    unsolved = tuple(item for item in conditions.items() if item[0] not in known)
     size = max(1, min(_MOST_CONDITIONS, -(-len(unsolved) // max(1, engine.workers))))
     if len(unsolved) > WIDTH:
         size = -(-size // WIDTH) * WIDTH
@@ -217,13 +220,13 @@ def leakage_coefficients(
             failures |= {identity: result.failure for identity, _ in result.item}
         on_solved(len(result.item))
     if lost is not None:
-        lost |= {k: failures[each] for k, each in enumerate(identities_of_runs) if each in failures}
+        lost |= {k: failures[own] for k, own in enumerate(identities_of_runs) if own in failures}
     coefficients = [
         known.get(identity, math.nan) if identity else run.parameters.leakage.internal_coefficient or 0.0
         for run, identity in zip(runs, identities_of_runs, strict=True)
     ]
     if required == "all" or (required == "any" and not any(value > 0.0 for value in coefficients)):
-        solved = {identity: each for identity, each in conditions.items() if identity in known}
+        solved = {identity: condition for identity, condition in conditions.items() if identity in known}
         _require_reachable(solved, known, reachable)
     return coefficients
 
@@ -268,8 +271,8 @@ def _require_reachable(
     sentences = []
     for identity in unreachable:
         condition, most = conditions[identity], reachable.get(identity)
-        place = shown_values({name: condition.value(name) for name in varied})
-        sentence = f"{unreachable_sentence(condition)}{' at ' if place else ''}{place}"
+        setting = shown_values({name: condition.value(name) for name in varied})
+        sentence = f"{unreachable_sentence(condition)}{' at ' if setting else ''}{setting}"
         if most is not None and most < (condition.leakage.internal_flow or 0.0):
             sentence += f"; the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min"
         elif most is not None:

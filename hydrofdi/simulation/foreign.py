@@ -17,7 +17,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.plant import OUTPUTS
 from hydrofdi.engine import TIME_LIMIT, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
-from hydrofdi.fmi.fmu import Instance, PlantError, instance_of
+from hydrofdi.fmi import Instance, PlantError, instance_of
 from hydrofdi.physics.valve import converted, pid_step
 from hydrofdi.simulation.balances import Outcome, Trajectory
 from hydrofdi.simulation.inputs import input_voltage, load_force, position_reference
@@ -87,8 +87,8 @@ def _results(asked: Sequence[Asked]) -> Iterator[tuple[Signals, Outcome]]:
         return
     engine = _workers()
     results: dict[int, tuple[Signals, Outcome]] = {}
-    for each in asked:
-        engine.submit(simulated, each, TIME_LIMIT.get())
+    for task in asked:
+        engine.submit(simulated, task, TIME_LIMIT.get())
     for result in engine.completed():
         if result.failure is None:
             results[id(result.item)] = result.value
@@ -97,7 +97,7 @@ def _results(asked: Sequence[Asked]) -> Iterator[tuple[Signals, Outcome]]:
         else:
             engine.cancel()
             raise result.failure.error or RuntimeError(result.failure.message)
-    yield from (results[id(each)] for each in asked)
+    yield from (results[id(task)] for task in asked)
 
 
 def simulated(asked: Asked) -> tuple[Signals, Outcome]:
@@ -156,13 +156,13 @@ def _advance(
     drives = [plant.variable(signal) for signal in plant.inputs]
     given = [plant.variable(signal) for signal in plant.outputs]
     held = np.column_stack([
-        (signals[signal] - each.offset) / each.factor
-        for signal, each in zip(plant.inputs, drives, strict=True)
+        (signals[signal] - variable.offset) / variable.factor
+        for signal, variable in zip(plant.inputs, drives, strict=True)
     ])  # fmt: skip
-    first = {each.name: value for each, value in zip(drives, np.nan_to_num(held[0]), strict=True)}
+    first = {variable.name: value for variable, value in zip(drives, np.nan_to_num(held[0]), strict=True)}
     instance.start(values, first, record.duration)
-    set_inputs = instance.setter([each.name for each in drives])
-    outputs, step = instance.getter([each.name for each in given]), instance.step
+    set_inputs = instance.setter([variable.name for variable in drives])
+    outputs, step = instance.getter([variable.name for variable in given]), instance.step
     rows = np.full((record.n_step, len(given)), np.nan)
     control = _controller(run, noise, signals["input_voltage"], held)
     try:
@@ -180,8 +180,8 @@ def _advance(
     else:
         instance.end()
     finally:
-        for signal, each, own in zip(plant.outputs, given, rows.T, strict=True):
-            signals[signal][:] = each.factor * own + each.offset
+        for signal, variable, own in zip(plant.outputs, given, rows.T, strict=True):
+            signals[signal][:] = variable.factor * own + variable.offset
 
 
 def _controller(
@@ -200,14 +200,14 @@ def _controller(
     steps, due = np.arange(record.n_step), steps_per_control(run)
     references = position_reference(run.input, control.amplitude, record, steps)
     errors = reading_errors(run, steps, noise)
-    column, place = list(plant.inputs).index("input_voltage"), list(plant.outputs).index("piston_position")
+    column, output = list(plant.inputs).index("input_voltage"), list(plant.outputs).index("piston_position")
     drive, shown = plant.variable("input_voltage"), plant.variable("piston_position")
     voltage = integral = previous = 0.0
 
     def sampled(step: int, outputs: NDArray[np.float64]) -> None:
         nonlocal voltage, integral, previous
         if step % due == 0:
-            position = shown.factor * outputs[place] + shown.offset
+            position = shown.factor * outputs[output] + shown.offset
             if control.is_measured:
                 reading = sensor.gain * position + errors[step]  # (m4), then (m5) and (m6)
                 position = converted(reading, sensor.lower_end, sensor.upper_end, sensor.resolution)

@@ -141,10 +141,10 @@ class Clocks:
         self._is_exact = not deviations.any()
         if not self._is_exact:
             nominal = record.steps_per_sample * np.arange(record.n_sample)
-            places = nominal + deviations / record.step
+            instants = nominal + deviations / record.step
             # Two nodes on each side of the instant, except at the ends of the record.
-            self._first_nodes = np.clip(np.floor(places).astype(np.int64) - 1, 0, record.n_step - 4)
-            self._offsets = places - self._first_nodes
+            self._first_nodes = np.clip(np.floor(instants).astype(np.int64) - 1, 0, record.n_step - 4)
+            self._offsets = instants - self._first_nodes
             # How far the nodes of a sample lie from its nominal step, perhaps in another block.
             self._reach = 4 + int(np.abs(self._first_nodes - nominal).max())
 

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.request import RunRequest
 from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.charts import AlarmLimit, Chart, FalseAlarms, delays
 from hydrofdi.detectors.rules import CHANGE, Rules, make_chart
@@ -172,7 +171,7 @@ def read_traces(data: ExperimentData, records: StudyRecords, watched: str) -> Tr
     if stored is None or not isinstance(indicator, RecursiveIndicator):
         raise ReportError(f"{data.path}: contains no trace of {watched}; sweep again")
     request = data.experiment.nominal_parameters.with_values(records.design)
-    time = watched_instants(indicator, request)
+    time = indicator.watched_instants(request.record.sampling_frequency, request.n_discarded)
     if time.size < 2:
         raise ReportError(f"the trace of {watched} ends before its transient is over")
     is_constant = np.array([kind == "constant" for kind in data.values("leakage.onset")])
@@ -192,15 +191,6 @@ def read_traces(data: ExperimentData, records: StudyRecords, watched: str) -> Tr
         score.unit,
         Direction.BOTH if score.direction is None else score.direction,
     )
-
-
-def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) -> Array:
-    """Instants of a stored trace after its transient [s], on the clock of the whole record."""
-    frequency = request.record.sampling_frequency
-    instants = indicator.trace_instants(frequency)
-    # An instant at the end of the transient counts, whatever its last bit.
-    settled = instants[instants >= indicator.options.transient - 1e-9]
-    return np.asarray(settled + request.n_discarded / frequency)
 
 
 _SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)

@@ -100,62 +100,35 @@ class Samples(StreamSource):
         self.is_closed = True
 
 
-class Kept:
-    """A sink that keeps what it gets."""
+class Killed(BaseException):
+    """The process ends here."""
 
-    def __init__(self):
-        self.lines, self.is_closed = [], False
+
+class Kept:
+    """A view that keeps what it gets, and ends the process at its n-th reading with samples."""
+
+    def __init__(self, n_reading=0):
+        self.lines, self.is_closed, self._left = [], False, n_reading
 
     def put(self, chunk, lines):
+        self._left -= chunk is not None
+        if chunk is not None and self._left == 0:
+            raise Killed
         self.lines += lines
-        return ()
 
     def close(self):
         self.is_closed = True
 
 
-class Killed(BaseException):
-    """The process ends here."""
-
-
-class KilledAt(Kept):
-    """A sink that ends the process at its n-th reading with samples, before the log."""
-
-    def __init__(self, reading):
-        super().__init__()
-        self._left = reading
-
-    def put(self, chunk, lines):
-        self._left -= chunk is not None
-        if self._left == 0:
-            raise Killed
-        return ()
-
-
-class Together:
-    """Views, one after another."""
-
-    def __init__(self, views):
-        self._views = views
-
-    def put(self, chunk, lines):
-        for view in self._views:
-            view.put(chunk, lines)
-
-    def close(self):
-        for view in self._views:
-            view.close()
-
-
-def monitor(file, source, *views, stop=lambda: False, **stated):
+def monitor(file, source, view=None, stop=lambda: False, **stated):
     """One life of a monitor; gives how it ended."""
-    return single_monitor(Kind(file, MonitorConfig()), source, on_line=Together(views), **stated).run(stop)
+    return single_monitor(Kind(file, MonitorConfig()), source, view, **stated).run(stop)
 
 
-def live(folder, source, views=(), stop=lambda: False, file=None, **stated):
+def live(folder, source, view=None, stop=lambda: False, file=None):
     """One life of a monitor with its state and its log in a folder."""
     files = {"state": folder / "state", "log": folder / "log.jsonl"}
-    return monitor(file or made_detector(), source, *views, stop=stop, **files, **stated)
+    return monitor(file or made_detector(), source, view, stop, **files)
 
 
 def logged(folder, without=("started", "resumed", "stopped")):

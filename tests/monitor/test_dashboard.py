@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from hydrofdi.errors import Issue
-from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
+from hydrofdi.monitor.metrics import MetricsServer
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.monitor.test_metrics import FILE, read, window
 
@@ -27,13 +27,12 @@ OF_PROMETHEUS = {"job", "instance"}
 def exposed():
     """Metric → its labels, of a monitor that has shown everything."""
     server = MetricsServer("127.0.0.1:0")
-    sink = MetricsSink(server, "press", FILE)
     lines = [
         window(True),
         window(None, None, Issue("no motion", kind="stuck")),
         Event(EventKind.GAP, "a gap"),
     ]
-    sink.put(Chunk(np.array([time.time()]), {}), lines)
+    server.put("press", FILE, Chunk(np.array([time.time()]), {}), lines)
     families = read(server)
     server.close()
     return {sample.name: {*sample.labels} for family in families for sample in family.samples}

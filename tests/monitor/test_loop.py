@@ -25,7 +25,6 @@ from tests.monitor.streams import (
     P1,
     Kept,
     Killed,
-    KilledAt,
     Samples,
     live,
     logged,
@@ -55,13 +54,13 @@ def storing(before=lambda *_: None, after=lambda *_: None):
         yield
 
 
-def run(folder, source=None, views=(), stop=lambda: False, file=FILE, kill_after_state=0):
+def run(folder, source=None, view=None, stop=lambda: False, file=FILE, kill_after_state=0):
     def killed(number, _):
         if number == kill_after_state:
             raise Killed  # between the state and the log
 
     with storing(after=killed):
-        return live(folder, source or Samples(MADE), views, stop, file)
+        return live(folder, source or Samples(MADE), view, stop, file)
 
 
 @pytest.fixture(autouse=True)
@@ -92,7 +91,7 @@ def test_killed_before_or_after_the_state_nothing_is_lost_or_twice(undisturbed, 
             if is_stored:
                 run(folder, kill_after_state=call)
             else:
-                run(folder, views=[KilledAt(call)])
+                run(folder, view=Kept(call))
         except Killed:
             continue
         break
@@ -126,7 +125,7 @@ def test_a_log_that_was_rotated_has_each_window_once_whether_the_state_is_stored
             raise StoreError("full")
 
     with pytest.raises(Killed), storing(fails):
-        live(tmp_path, Samples(MADE), [KilledAt(30)], file=FILE)
+        live(tmp_path, Samples(MADE), Kept(30))
     run(tmp_path)
     rest = logged(tmp_path)
     (tmp_path / "old").rename(tmp_path / "log.jsonl")
@@ -164,13 +163,15 @@ def test_a_source_that_cannot_go_back_starts_over_and_no_window_comes_twice(undi
         def position(self):
             return {}
 
-    kept = Kept()
+    before, after = Kept(20), Kept()
     with pytest.raises(Killed):
-        run(tmp_path, FromTheStart(MADE), [kept, KilledAt(20)])
-    run(tmp_path, FromTheStart(MADE), [kept])
+        run(tmp_path, FromTheStart(MADE), before)
+    run(tmp_path, FromTheStart(MADE), after)
     assert logged(tmp_path) == undisturbed
-    assert {line.number for line in kept.lines if isinstance(line, WindowLine)} == {*range(40)}
-    assert kept.is_closed
+    lines = before.lines + after.lines
+    assert {line.number for line in lines if isinstance(line, WindowLine)} == {*range(40)}
+    assert before.is_closed
+    assert after.is_closed
 
 
 def test_malformed_lines_are_said_alike_whatever_the_blocks_and_the_kills(tmp_path, monkeypatch):
@@ -185,7 +186,7 @@ def test_malformed_lines_are_said_alike_whatever_the_blocks_and_the_kills(tmp_pa
     run(undisturbed, GrowingFile(text, follow=False))
     monkeypatch.setattr(growing_file, "BLOCK", 2345)
     for number in range(30):
-        kill = {"views": [KilledAt(20 + number)]} if number % 2 else {"kill_after_state": 3}
+        kill = {"view": Kept(20 + number)} if number % 2 else {"kill_after_state": 3}
         with suppress(Killed):
             run(disturbed, GrowingFile(text, follow=False), **kill)
             break
@@ -218,10 +219,10 @@ def test_lines_that_were_delivered_are_stored_whatever_ends_the_monitor(
     monkeypatch.setattr(loop, "STORE_EVERY", 1e9)
     ends, kept = Ends(), Kept()
     with suppress(RuntimeError):
-        assert run(tmp_path, views=[ends]) is Ending.OUTPUT_CLOSED
+        assert run(tmp_path, view=ends) is Ending.OUTPUT_CLOSED
     numbers = [line.number for line in ends.lines if isinstance(line, WindowLine)]
     assert [each["number"] for each in logged(tmp_path) if "number" in each] == numbers != []
-    run(tmp_path, views=[kept])
+    run(tmp_path, view=kept)
     assert logged(tmp_path) == undisturbed
     assert numbers + [line.number for line in kept.lines if isinstance(line, WindowLine)] == [*range(40)]
 
@@ -243,7 +244,7 @@ def test_a_source_may_forget_what_is_stored_alone(tmp_path):
 
     source, stored = Forgets(MADE), []
     with storing(after=lambda _, machines: stored.append(machines[""].position)):
-        live(tmp_path, source, file=FILE)
+        live(tmp_path, source)
     assert source.confirmed[-1] == MADE.n_time
     assert len(source.confirmed) > 30
 
@@ -257,7 +258,7 @@ def test_sigterm_and_a_closed_output_end_it_with_its_state_stored(undisturbed, t
 
     with interruption(lambda: None) as asked:
         kept = Asks()
-        assert run(tmp_path, views=[kept], stop=lambda: bool(asked)) == Ending.STOPPED
+        assert run(tmp_path, view=kept, stop=lambda: bool(asked)) == Ending.STOPPED
     assert asked == [signal.SIGTERM]
     assert kept.lines[-1].kind is EventKind.STOPPED
     assert len(logged(tmp_path)) < len(undisturbed)
@@ -288,7 +289,7 @@ def test_a_full_disk_is_said_once_and_it_goes_on(undisturbed, tmp_path):
     previous = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     try:
         kept = Fills()
-        run(tmp_path, views=[kept])
+        run(tmp_path, view=kept)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
         signal.signal(signal.SIGXFSZ, previous)

@@ -11,7 +11,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from hydrofdi.detectors.trained.lines import ChartReading, Condition, WindowLine
 from hydrofdi.detectors.trained.verdicts import Verdict
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
+from hydrofdi.monitor.metrics import MetricsServer
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.detectors.trained.made import detector, with_chart
 
@@ -22,11 +22,6 @@ PRESS = "mqtt://host/press"
 @pytest.fixture
 def server(closing):
     return closing(MetricsServer("127.0.0.1:0"))
-
-
-@pytest.fixture
-def sink(server):
-    return MetricsSink(server, PRESS, FILE)
 
 
 def read(server, accepted="text/plain", parsed=text_string_to_metric_families):
@@ -54,9 +49,14 @@ def window(alarm, score=2.0, fault=None, condition=Condition.HEALTHY):
     return WindowLine(0, 0.0, 1.0, verdict, ChartReading(1.5, 8.0, False), condition)
 
 
-def test_windows_are_counted_by_what_is_said_of_them(server, sink):
+def test_windows_are_counted_by_what_is_said_of_them(server):
     stuck = Issue("P1 does not move", kind="stuck")
-    sink.put(None, [window(False), window(False), window(True), window(None, None, stuck, Condition.ALARM)])
+    server.put(
+        PRESS,
+        FILE,
+        None,
+        [window(False), window(False), window(True), window(None, None, stuck, Condition.ALARM)],
+    )
     values = served(server)
     assert values["hydrofdi_windows_judged_total", "false"] == 2
     assert values["hydrofdi_windows_judged_total", "true"] == 1
@@ -70,50 +70,52 @@ def test_windows_are_counted_by_what_is_said_of_them(server, sink):
     assert ("hydrofdi_threshold", "low") not in values
     novel = Issue("P1 is unlike the healthy ones", kind="novel")
     verdicts = [Verdict(9.0, None, margin, novel) for margin in (-2.0, 1.0, -3.0)]
-    sink.put(None, [WindowLine(0, 0.0, 1.0, each, None, Condition.UNKNOWN) for each in verdicts])
+    server.put(
+        PRESS, FILE, None, [WindowLine(0, 0.0, 1.0, each, None, Condition.UNKNOWN) for each in verdicts]
+    )
     values = served(server)
     assert values["hydrofdi_windows_not_judged_total", "novel"] == 3
     assert values["hydrofdi_windows_not_judged_beyond_limit_total",] == 2
     assert values["hydrofdi_margin",] == -3.0
 
 
-def test_events_are_counted_with_their_repetitions_and_without_their_ends(server, sink):
+def test_events_are_counted_with_their_repetitions_and_without_their_ends(server):
     gap = Event(EventKind.GAP, "a gap", count=3)
     more = Event(EventKind.GAP, "", count=2, is_silent=True)
     end = Event(EventKind.GAP, "", count=5, is_end=True)
-    sink.put(None, [gap, more, end, Event(EventKind.ALARM_RAISED, "alarm")])
+    server.put(PRESS, FILE, None, [gap, more, end, Event(EventKind.ALARM_RAISED, "alarm")])
     values = served(server)
     assert values["hydrofdi_events_total", "gap"] == 5
     assert values["hydrofdi_alarms_total",] == 1
 
 
-def test_machines_that_share_a_server_are_told_apart_and_one_that_goes_leaves_nothing(server, sink):
-    other = MetricsSink(server, 'a "b"\\c', detector())
-    sink.put(None, [window(True)])
-    other.put(None, [window(False, score=7.0), Event(EventKind.GAP, "a gap")])
+def test_machines_that_share_a_server_are_told_apart_and_one_that_goes_leaves_nothing(server):
+    other = 'a "b"\\c'
+    server.put(PRESS, FILE, None, [window(True)])
+    server.put(other, detector(), None, [window(False, score=7.0), Event(EventKind.GAP, "a gap")])
     assert served(server)["hydrofdi_score",] == 2.0
-    values = served(server, 'a "b"\\c')
+    values = served(server, other)
     assert values["hydrofdi_score",] == 7.0
     assert values["hydrofdi_windows_judged_total", "true"] == 0
     assert not any(name.startswith("hydrofdi_chart") for name, *_ in values)
-    server.forget('a "b"\\c')
-    assert not served(server, 'a "b"\\c')
+    server.forget(other)
+    assert not served(server, other)
     assert served(server)["hydrofdi_windows_judged_total", "true"] == 1
 
 
-def test_samples_are_counted_and_the_lag_is_that_of_the_wall_clock(server, sink):
-    sink.put(Chunk(np.array([0.0, 0.5]), {}), [])
+def test_samples_are_counted_and_the_lag_is_that_of_the_wall_clock(server):
+    server.put(PRESS, FILE, Chunk(np.array([0.0, 0.5]), {}), [])
     values = served(server)
     assert values["hydrofdi_samples_total",] == 2
     assert values["hydrofdi_last_sample_time_seconds",] == 0.5
     assert ("hydrofdi_lag_seconds",) not in values
-    sink.put(Chunk(np.array([time.time() - 1000.0]), {}), [])
+    server.put(PRESS, FILE, Chunk(np.array([time.time() - 1000.0]), {}), [])
     assert 1000.0 <= served(server)["hydrofdi_lag_seconds",] < 1100.0
 
 
 def test_silent_clients_delay_no_others_and_nothing_listens_after_the_end(closing):
     server = MetricsServer("127.0.0.1:0")
-    MetricsSink(server, PRESS, FILE)
+    server.put(PRESS, FILE, None, [])
     address = "127.0.0.1", int(server.url.split(":")[2].partition("/")[0])
     with ExitStack() as stack:
         clients = [stack.enter_context(socket.create_connection(address, timeout=30)) for _ in range(20)]

@@ -77,8 +77,8 @@ class Topic(StreamSource):
         self.topics.close()
 
 
-def publisher_at(address, config=None):
-    return Publisher(Address.parse(address), config or MqttConfig(), 1000)
+def publisher_at(address):
+    return Publisher(Address.parse(address), MqttConfig(), 1000)
 
 
 @contextmanager

@@ -192,44 +192,35 @@ def test_novel_windows_whose_score_comes_to_lie_beyond_the_limit_are_said_anew()
     assert total(lines, EventKind.NOVEL) == 30
 
 
-FILE = made_detector()
+FILE = FILES["side by side"]
 LEAKING = stream(24, leaking=range(12, 24))
 
 
-def console():
-    return Console(file=StringIO(), force_terminal=True, width=100, height=40, highlight=False)
-
-
-def view(n_window=24, file=FILE, chunk=LEAKING):
-    """A view after so many windows of a stream that leaks in its second half."""
-    seen, watch = LiveView(file, "mqtts://broker.example/hall-2/press-1", console()), Detector(file)
+def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were(monkeypatch):
+    console = Console(file=StringIO(), force_terminal=True, width=100, height=40, highlight=False)
+    seen, watch = LiveView(FILE, "mqtts://broker.example/hall-2/press-1", console), Detector(FILE)
     state = watch.start()
-    for first in range(0, n_window * 1000, 1000):
-        some = part(chunk, first, first + 1000)
+    for first in range(0, 10_000, 1000):
+        some = part(LEAKING, first, first + 1000)
         state, lines = watch.step(state, some)
         seen._take(some, lines)
         assert sum(array.nbytes for array in state.values()) < 2 * 8 * N_SAMPLE + 1000
-    return seen
 
+    def shown():
+        return "\n".join(line.plain for line in seen._lines())
 
-def text_of(seen):
-    return "\n".join(line.plain for line in seen._lines())
-
-
-def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were(monkeypatch):
-    seen = view(10)
     seen._take(None, [Event(EventKind.DISCONNECTED, "the broker is gone; trying again")])
-    text = text_of(seen)
+    text = shown()
     assert " SILENT  disconnected, no samples for" in text
     assert "last condition: healthy" in text
     assert "the broker is gone" in text
     seen._take(part(LEAKING, 10_000, 10_100), [])
-    assert " HEALTHY " in text_of(seen)
+    assert " HEALTHY " in shown()
     now = time.monotonic()
     for wait, badge in ((4.0, " HEALTHY "), (6.0, " SILENT  no samples for 6")):
         monkeypatch.setattr("hydrofdi.cli.live_view.time.monotonic", lambda w=wait: now + w)
-        assert badge in text_of(seen)
+        assert badge in shown()
     for _ in range(3):
         seen._take(None, [seen._windows[0], Event(EventKind.GAP, "a gap", 1.0)] * 1000)
-    assert "3,010 windows judged" in text_of(seen)
+    assert "3,010 windows judged" in shown()
     assert max(len(seen._windows), len(seen._events)) <= 1000

@@ -13,8 +13,8 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import measure
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.records.cutting import found_period
 from hydrofdi.records.defects import hum_share
+from hydrofdi.records.recording import found_period
 from hydrofdi.records.source import measured_source
 from tests.records.measuring import (
     BOTH,

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.records import Channel
-from hydrofdi.records.joining import Joining
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Joining
 
 RATE, N_TIME = 100.0, 60
 CHANNELS = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.INPUT_VOLTAGE

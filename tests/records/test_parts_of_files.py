@@ -8,7 +8,7 @@ import pytest
 
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import make_indicators
-from hydrofdi.indicators.measuring import measure_sources, output_unit
+from hydrofdi.indicators.measuring import measure_sources
 from hydrofdi.records.description import path_pattern
 from hydrofdi.records.source import measured_source
 from tests.records.measuring import (
@@ -200,23 +200,6 @@ def test_defects_of_channels_are_remarked(tmp_path):
     moves = ("P1", PRESSURE + noise[:400]), ("x", np.full(400, 2.0)), ("u", np.arange(400) // 100 % 2)
     (remark,) = one(tmp_path, DRIVEN, run_csv=csv_of(*moves)).remarks[0]
     assert (remark.kind, remark.where, remark.is_unusable) == ("stuck", POSITION, False)
-
-
-def test_pressures_that_are_divided_by_the_supply_have_no_unit(tmp_path):
-    channels = "P1: {column: P1, unit: bar}, Ps: {column: PS, unit: bar}, x: {column: x, unit: counts}"
-    divided = yaml_of(channels, "normalize: supply")
-    noise = RNG.normal(0.0, 0.05, 500)  # pressures are judged before their division
-    text = csv_of(("P1", 60 + noise), ("PS", 200 + noise), ("x", 1 + noise))
-    batch = one(tmp_path, divided, run_csv=text)
-    np.testing.assert_allclose(batch[P1], [(60 + noise) / np.mean(200 + noise)])
-    assert [batch.unit(channel) for channel in (P1, POSITION)] == ["1", "counts"]
-    assert kinds(batch) == {"normalized"}
-    statistics = make_indicators(["pressure_statistics"])["pressure_statistics"]
-    assert output_unit(statistics, statistics.outputs[0], batch) == "1"
-    with pytest.raises(DataError, match="counts"):
-        one(tmp_path, divided.replace("PS, unit: bar", "PS, unit: counts"))
-    batch = one(tmp_path, divided, run_csv=csv_of(("P1", 60 + noise), ("PS", noise - 200), ("x", 1 + noise)))
-    assert batch.rejected[0].remark.kind == "no_reference"
 
 
 def test_a_source_of_many_files_stays_small(tmp_path):

@@ -24,7 +24,7 @@ sweep:
 IMPATIENT = [
     sys.executable,
     "-c",
-    "import hydrofdi.execution.dask_cluster as cluster; cluster.MOST_SECONDS_WITHOUT_WORKERS = 3.0;"
+    "import hydrofdi.execution.engines as cluster; cluster.MOST_SECONDS_WITHOUT_WORKERS = 3.0;"
     "from hydrofdi.cli.app import main; main()",
 ]
 """The command, with little patience for a cluster without workers."""
@@ -130,7 +130,7 @@ def test_a_cluster_that_ends_is_an_error_and_the_same_command_completes_to_the_s
 
 
 def test_an_absent_scheduler_is_reported_in_one_line(tmp_path, monkeypatch):
-    monkeypatch.setattr("hydrofdi.execution.dask_cluster.PATIENCE", "0.5s")
+    monkeypatch.setattr("hydrofdi.execution.engines.PATIENCE", "0.5s")
     (tmp_path / "spread.yaml").write_text(CONFIG)
     sweep = ("sweep", tmp_path / "spread.yaml", "--out", tmp_path / "x", "--engine", "dask")
     assert "needs scheduler" in run(*sweep, check=2).stderr

@@ -19,8 +19,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.evaluation.rates import FEWEST_GROUPS, Rate, alarm_rate
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.records import RecordBatch
-from hydrofdi.records.joining import Joining
-from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, State, Window
+from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, Joining, State, Window
 
 NUMBER = "judging.number"
 """Key of the number of the next window in a state."""

@@ -33,7 +33,7 @@ from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
-from hydrofdi.records.cutting import found_period
+from hydrofdi.records.recording import found_period
 from hydrofdi.settings.messages import time_text
 
 

@@ -467,6 +467,5 @@ def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | 
     """Message about a channel that is not in SI; None if all are. Streams are always in SI."""
     for channel in channels:
         if channel in records.relative:
-            found = "is normalised" if channel in records.normalized else "is in counts"
-            return f"{channel} {found}, but a detector needs it in {channel.unit}"
+            return f"{channel} is in counts, but a detector needs it in {channel.unit}"
     return None

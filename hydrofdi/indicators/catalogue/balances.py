@@ -94,26 +94,26 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         counts = counting_windows(balance.spool, records.sampling_frequency, options)
         weights = np.ones(targets.shape)
         for _ in range(_REWEIGHTING if options.robust else 0):
-            found = self._found(records, columns, targets, counts, weights)
-            left = targets - np.sum(columns * found[:, None, None, :N_UNKNOWN], axis=3)
+            estimates = self._found(records, columns, targets, counts, weights)
+            left = targets - np.sum(columns * estimates[:, None, None, :N_UNKNOWN], axis=3)
             weights = _robust_weights(left * counts[:, :, None])
-        found = self._found(records, columns, targets, counts, weights)
+        estimates = self._found(records, columns, targets, counts, weights)
         if self.by_spring:
             # The valve flow of an open window stands for that of the piston.
             flow = np.abs(columns[:, :, 0, UNKNOWNS.index("flow_gain")]) * counts
             of_forces = _FORCES * np.sum(flow, axis=1) / np.maximum(np.sum(counts, axis=1), 1.0)
             of_forces *= records.sampling_frequency / options.half_window
-            _add_error(found, of_forces, math.sqrt(options.reference_pressure))
+            _add_error(estimates, of_forces, math.sqrt(options.reference_pressure))
         elif not options.robust:
             (first, second), priors = balance.pressures, np.zeros((records.n_record, N_UNKNOWN))
             flows = mean_flows(
                 (columns, targets, counts), priors, options.assumptions(records), balance.position,
                 first - second, options.half_window, records.sampling_frequency,
             )  # fmt: skip
-            found[:, (weak_rls.MEAN, weak_rls.MEAN_ERROR)] = np.stack(flows, axis=1)
-        values = named_estimates(options, found[:, None], supply, deviations)
+            estimates[:, (weak_rls.MEAN, weak_rls.MEAN_ERROR)] = np.stack(flows, axis=1)
+        values = named_estimates(options, estimates[:, None], supply, deviations)
         # A model that does not explain the record does not determine the leakage either: the misfit says so.
-        is_prior = (found[:, weak_rls.UNDETERMINED] > MOST_PRIOR) & (values["misfit"][:, 0] < FITS)
+        is_prior = (estimates[:, weak_rls.UNDETERMINED] > MOST_PRIOR) & (values["misfit"][:, 0] < FITS)
         return {name: np.where(is_prior, np.nan, array[:, 0]) for name, array in values.items()}
 
     def _found(
@@ -123,19 +123,19 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         roots, n_record = np.sqrt(weights), records.n_record
         due, priors = np.array([columns.shape[1]]), np.zeros((n_record, 1, N_UNKNOWN))
         columns, targets = columns * roots[..., None], targets * roots
-        found = follow_equations(self.options, records, columns, targets, counts, due, priors, 1.0)
-        return found[:, 0]
+        estimates = follow_equations(self.options, records, columns, targets, counts, due, priors, 1.0)
+        return estimates[:, 0]
 
 
 _FORCES = 0.03
 """Relative deviation of the piston's speed if it is that of a spring: friction and other forces vary, too."""
 
 
-def _add_error(found: Array, flow: Array, root: float) -> None:
+def _add_error(estimates: Array, flow: Array, root: float) -> None:
     """Add the deviation of a flow (n_record,) to those of the estimates (n_record, N_ESTIMATE), in place."""
     leak = N_UNKNOWN + UNKNOWNS.index("internal_coefficient")
-    for place, unit in ((leak, root), (weak_rls.COMBINED_ERROR, 1.0), (weak_rls.MEAN_ERROR, 1.0)):
-        found[:, place] = np.hypot(found[:, place], flow / unit)
+    for index, unit in ((leak, root), (weak_rls.COMBINED_ERROR, 1.0), (weak_rls.MEAN_ERROR, 1.0)):
+        estimates[:, index] = np.hypot(estimates[:, index], flow / unit)
 
 
 def _robust_weights(left: Array) -> Array:
@@ -318,9 +318,9 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         options, (*_, supply, reference) = self.options, (array[:, due] for array in signals)
         complete = np.array([windows_before(index + 1, options.half_window) for index in due], dtype=np.int64)
         priors = self._priors(records, supply, reference)
-        found = follow_equations(options, records, *windows, complete, priors, decay)
-        values = named_estimates(options, found, reference, options.deviations(records))
-        return values, found[:, :, weak_rls.UNDETERMINED]
+        estimates = follow_equations(options, records, *windows, complete, priors, decay)
+        values = named_estimates(options, estimates, reference, options.deviations(records))
+        return values, estimates[:, :, weak_rls.UNDETERMINED]
 
     def _windows(self, records: RecordBatch) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
         """Regressors, targets and counts of the windows, and the signals that they are made of."""

@@ -81,10 +81,10 @@ class EkfJoint(KalmanFilter[JointOptions]):
             ),
         )
 
-    def read(self, found: Estimates) -> Mapping[str, Array]:
+    def read(self, estimates: Estimates) -> Mapping[str, Array]:
         """Estimates in SI, each (n_record, n_instant)."""
-        mean = {name: found.means[:, :, place] for place, name in enumerate(STATES)}
-        error = {name: np.sqrt(found.variances[:, :, place]) for place, name in enumerate(STATES)}
+        mean = {name: estimates.means[:, :, index] for index, name in enumerate(STATES)}
+        error = {name: np.sqrt(estimates.variances[:, :, index]) for index, name in enumerate(STATES)}
         options, per_root = self.options, 1.0 / np.sqrt(self.options.reference_pressure)
         modulus = options.bulk_modulus * np.exp(mean["bulk_modulus"])
         leakage, leakage_error = LITRE_PER_MINUTE * mean["leakage"], LITRE_PER_MINUTE * error["leakage"]
@@ -95,12 +95,12 @@ class EkfJoint(KalmanFilter[JointOptions]):
             "internal_coefficient_error": per_root * leakage_error,
             "bulk_modulus": modulus,
             "bulk_modulus_error": options.bulk_modulus_error(modulus, modulus * error["bulk_modulus"]),
-            "supply_pressure": 1e6 * found.supply * np.exp(mean["supply"]),
+            "supply_pressure": 1e6 * estimates.supply * np.exp(mean["supply"]),
             "flow_gain": 1.0 + mean["flow_gain"],
             "offset": 1e-6 * mean["offset"],
             "lap": 1e-6 * mean["lap"],
             "clearance": 1e-15 * mean["clearance"],
-            "nis": found.sums[:, :, 0] / (3 * found.n_sample),
+            "nis": estimates.sums[:, :, 0] / (3 * estimates.n_sample),
         }
         return {each.name: values[each.name] for each in self.estimates}
 
@@ -129,7 +129,7 @@ class UnscentedOptions(JointOptions):
     @property
     def places(self) -> NDArray[np.int64]:
         """Indices of the estimated states in ``STATES``."""
-        return np.array([place for place, name in enumerate(STATES) if name in self.estimated])
+        return np.array([index for index, name in enumerate(STATES) if name in self.estimated])
 
 
 class UkfJoint(EkfJoint):
@@ -214,22 +214,22 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
             Output("residual", "Pa", "root mean square innovation of the pressures", direction=rising),
         )
 
-    def read(self, found: Estimates) -> Mapping[str, Array]:
+    def read(self, estimates: Estimates) -> Mapping[str, Array]:
         """Values in SI; an interval without information about a leak has an infinite error.
 
         ``error_of_model`` is the standard deviation under the assumption of the nominal plant.
         """
-        squares, pressures, fits, weights = np.moveaxis(found.sums, 2, 0)
+        squares, pressures, fits, weights = np.moveaxis(estimates.sums, 2, 0)
         shows = weights > 0.0
         safe = np.where(shows, weights, 1.0)
         error = LITRE_PER_MINUTE * np.where(shows, 1.0 / np.sqrt(safe), np.inf)
-        nis = squares / (3 * found.n_sample)
+        nis = squares / (3 * estimates.n_sample)
         return {
             "leakage": LITRE_PER_MINUTE * np.where(shows, fits / safe, 0.0),
             "leakage_error": error * _deviation_factor(nis),
             "error_of_model": error,
             "nis": nis,
-            "residual": 1e6 * np.sqrt(pressures / (2 * found.n_sample)),
+            "residual": 1e6 * np.sqrt(pressures / (2 * estimates.n_sample)),
         }
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:

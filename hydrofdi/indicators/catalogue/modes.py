@@ -39,7 +39,7 @@ class ModeIndicator(SingleChannelIndicator[ChosenChannel]):
         for row, record in zip(numbers, self.signal(records), strict=True):
             if np.isfinite(record).all():
                 row[:] = self.numbers_of(record, records.sampling_frequency)
-        return {output.name: numbers[:, place] for place, output in enumerate(self.outputs)}
+        return {output.name: numbers[:, index] for index, output in enumerate(self.outputs)}
 
 
 _MIRRORED = 3

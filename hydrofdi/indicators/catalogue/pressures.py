@@ -108,14 +108,14 @@ class CrossCorrelation(Indicator[CrossCorrelationOptions]):
         covariance = _cross_covariance(first, second, lag)
         # of equal peaks, the earliest
         height = np.abs(covariance)
-        place = np.argmax(height >= (1.0 - 1e-12) * height.max(axis=1, keepdims=True), axis=1)
-        peak = covariance[np.arange(records.n_record), place]
+        index = np.argmax(height >= (1.0 - 1e-12) * height.max(axis=1, keepdims=True), axis=1)
+        peak = covariance[np.arange(records.n_record), index]
         moves = np.where(size > 0.0, 1.0, np.nan)
         return {
             "coefficient": covariance[:, lag] / size,
             "peak_coefficient": peak / size,
             "peak": moves * np.copysign(np.sqrt(np.abs(peak)), peak),
-            "lag": moves * (place - lag) / records.sampling_frequency,
+            "lag": moves * (index - lag) / records.sampling_frequency,
         }
 
     def _lag(self, records: RecordBatch) -> int:

@@ -115,10 +115,10 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
         n_window, seen = self._n_window(records.sampling_frequency), self.channels | self.optional_channels
         samples = {channel: held for channel, held in records.channels.items() if channel in seen}
         numbers = np.full((records.n_record, due.size), np.nan)
-        for place in np.flatnonzero(due + 1 >= n_window).tolist():
-            stop = due[place] + 1
+        for index in np.flatnonzero(due + 1 >= n_window).tolist():
+            stop = due[index] + 1
             window = {channel: held[:, stop - n_window : stop] for channel, held in samples.items()}
-            numbers[:, place] = self._measured(replace(records, channels=window, start_time=0.0))
+            numbers[:, index] = self._measured(replace(records, channels=window, start_time=0.0))
         return {self.options.followed.name: numbers}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:

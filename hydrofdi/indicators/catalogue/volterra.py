@@ -26,9 +26,9 @@ def lagged_values(first: str, n_first: int, second: str, n_second: int) -> tuple
 
 def polynomial_terms(n_value: int, order: int) -> tuple[Term, ...]:
     """All products of up to `order` values, sorted by degree."""
-    places = range(n_value)
+    indices = range(n_value)
     return tuple(
-        term for degree in range(order + 1) for term in combinations_with_replacement(places, degree)
+        term for degree in range(order + 1) for term in combinations_with_replacement(indices, degree)
     )
 
 
@@ -47,8 +47,8 @@ def regressors(given: Array, signal: Array, n_given: int, n_own: int, terms: tup
     values += [signal[start - lag : signal.size - lag] for lag in range(1, n_own + 1)]
     columns = np.ones((signal.size - start, len(terms)))
     for column, term in zip(columns.T, terms, strict=True):
-        for place in term:
-            column *= values[place]
+        for index in term:
+            column *= values[index]
     return columns
 
 
@@ -135,7 +135,7 @@ class Volterra(Indicator[VolterraOptions]):
     def outputs(self) -> tuple[Output, ...]:
         """Coefficients, and the RMS of the residual."""
         names = lagged_values("u", self.options.input_lags, "y", self.options.lags)
-        products = ("·".join(names[place] for place in term) or "1" for term in self._terms)
+        products = ("·".join(names[index] for index in term) or "1" for term in self._terms)
         return (
             Output(
                 "coefficients", "1", f"coefficients of {', '.join(products)}, in scaled quantities",
@@ -176,6 +176,6 @@ class Volterra(Indicator[VolterraOptions]):
                 return block_means(records[P1] - records[P2], every) / options.pressure_scale
             case "pressure":
                 return block_means(records[P1] - options.pressure_centre, every) / options.pressure_scale
-        place = block_means(records[X], every)
-        rate = np.diff(place, axis=1, prepend=place[:, :1]) * records.sampling_frequency / every
+        position = block_means(records[X], every)
+        rate = np.diff(position, axis=1, prepend=position[:, :1]) * records.sampling_frequency / every
         return np.asarray(rate / options.rate_scale)

@@ -21,10 +21,10 @@ def weak_weights(half: int, sampling_frequency: float) -> Array:
     is sin² over the window, τ the time from its middle. Adjacent windows overlap by half. φ' is scaled so
     that the sums are exact for a ramp: tan(π/(2 half)) replaces π/(2 half).
     """
-    place = np.arange(2 * half)
-    phase = np.pi * place / (2 * half)
+    sample = np.arange(2 * half)
+    phase = np.pi * sample / (2 * half)
     weight, slope = np.sin(phase) ** 2, np.sin(2.0 * phase) * np.tan(np.pi / (2 * half))
-    late = (weight + slope * (place - half)) / sampling_frequency
+    late = (weight + slope * (sample - half)) / sampling_frequency
     weights = np.stack((weight / sampling_frequency, -slope, -late))
     return np.ascontiguousarray(weights.reshape(3, 2, half).transpose(1, 0, 2))
 
@@ -44,10 +44,10 @@ def windows_before(n_sample: int, half: int) -> int:
 
 
 @equation
-def add(sums: Any, place: int, signal: float, first: float, second: float) -> None:
+def add(sums: Any, column: int, signal: float, first: float, second: float) -> None:
     """Add a weighted sample to the windows that start and end with this block."""
-    sums[CURRENT, place] += first * signal
-    sums[ENDING, place] += second * signal
+    sums[CURRENT, column] += first * signal
+    sums[ENDING, column] += second * signal
 
 
 @kernel
@@ -108,9 +108,9 @@ def integrate_windows(
                     for k in range(n_sum):
                         own[BEFORE, k] += own[ENDING, k]
                     for chamber in range(n_chamber):
-                        place = N_SHARED + chamber * N_OWN
+                        column = N_SHARED + chamber * N_OWN
                         targets[r, n_window, chamber] = write_equation(
-                            own[BEFORE, place:], chamber, balance, own[BEFORE, 0], own[BEFORE, 1],
+                            own[BEFORE, column:], chamber, balance, own[BEFORE, 0], own[BEFORE, 1],
                             own[BEFORE, 2], columns[r, n_window, chamber],
                         )  # fmt: skip
                     n_window += 1
@@ -261,10 +261,10 @@ def write_equation(
     volume = b.volume_1 if chamber == 0 else b.volume_2
     flow, by_supply, supply_error, by_offset = sums[0], sums[1], sums[2], sums[3]
     by_lap, by_clearance, by_fed, by_drained = sums[4], sums[5], sums[6], sums[7]
-    place, speed = position / b.half_time, travel / b.half_time
-    # Equations (5) and (6): ∫ φ (V ± A x_p) P', with x_p(τ) ≈ place + speed τ about the middle of the window.
-    at_place = sign * (volume + sign * area * place)
-    compressed = at_place * sums[10] + area * speed * sums[11]
+    middle, speed = position / b.half_time, travel / b.half_time
+    # Equations (5) and (6): ∫ φ (V ± A x_p) P', with x_p(τ) ≈ middle + speed τ about that of the window.
+    at_middle = sign * (volume + sign * area * middle)
+    compressed = at_middle * sums[10] + area * speed * sums[11]
     columns[0] = leak
     columns[1] = compressed
     columns[2] = -flow
@@ -277,7 +277,7 @@ def write_equation(
     # P_s follows from the sum of the pressures minus P_r if it is not known independently.
     columns[9] = by_drained + 0.5 * (1.0 + b.own_feed + b.other_feed) * by_fed
     # β includes the air at its reference pressure: the air adds only what differs at other pressures.
-    columns[10] = at_place * sums[12] + area * speed * sums[13] - b.gas_slope * compressed
+    columns[10] = at_middle * sums[12] + area * speed * sums[13] - b.gas_slope * compressed
     columns[11] = sums[9]
     columns[12] = -sums[8]
     columns[13] = -sign * sums[8]

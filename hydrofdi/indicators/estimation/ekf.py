@@ -251,27 +251,27 @@ def spread(covariance: Array, transition: Array, walk: Array, rows: Array) -> No
 
 
 @equation
-def find_gain(covariance: Array, place: int, total: float, is_trusted: bool, gain: Array) -> None:
+def find_gain(covariance: Array, index: int, total: float, is_trusted: bool, gain: Array) -> None:
     """Fill the Kalman gain of a measurement of one state, given the total innovation variance.
 
     If the measurement is not trusted, the gain of parameters is zero: only their variances are considered,
     Schmidt, Advances in Control Systems 3 (1966).
     """
     for j in range(N_STATE):
-        gain[j] = covariance[place, j] / total
+        gain[j] = covariance[index, j] / total
     if not is_trusted:
         for j in range(FIRST_PARAMETER, N_STATE):
             gain[j] = 0.0
 
 
 @equation
-def learn(covariance: Array, place: int, total: float, gain: Array, row: Array) -> None:
+def learn(covariance: Array, index: int, total: float, gain: Array, row: Array) -> None:
     """Update a covariance P for a measurement of state i with any gain K, in place.
 
     (1 − K e_iᵀ) P (1 − K e_iᵀ)ᵀ + r K Kᵀ = P − K p − (p − s K) Kᵀ with p = row i of P and s = P_ii + r.
     """
     for j in range(N_STATE):
-        row[j] = covariance[place, j]
+        row[j] = covariance[index, j]
     for i in range(N_STATE):
         rest = row[i] - total * gain[i]
         for j in range(N_STATE):
@@ -337,17 +337,17 @@ def correct(
     tuning: Tuning, work: Workspace,
 ) -> None:  # fmt: skip
     """Correct a filter by the measurements of a sample, and accumulate the innovations."""
-    for place in range(N_MEASURED):
-        innovation = measured[place] - mean[place]
-        total = covariance[place, place] + tuning.sensors[place]
-        find_gain(covariance, place, total, is_open, work.gain)
-        learn(covariance, place, total, work.gain, work.row)
-        offset = signature[place]
+    for index in range(N_MEASURED):
+        innovation = measured[index] - mean[index]
+        total = covariance[index, index] + tuning.sensors[index]
+        find_gain(covariance, index, total, is_open, work.gain)
+        learn(covariance, index, total, work.gain, work.row)
+        offset = signature[index]
         for j in range(N_STATE):
             mean[j] += work.gain[j] * innovation
             signature[j] -= work.gain[j] * offset
         sums[0] += innovation * innovation / total
-        sums[1] += innovation * innovation if place < 2 else 0.0
+        sums[1] += innovation * innovation if index < 2 else 0.0
         if is_open:
             sums[2] += offset * innovation / total
             sums[3] += offset * offset / total

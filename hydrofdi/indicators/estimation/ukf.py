@@ -153,13 +153,13 @@ def gather_points(
     share, centre = np.sqrt(weight), np.sqrt(GAUSSIAN - spread * spread)
     last = 2 * n
     for i in range(n):
-        way, place = 0.0, places[i]
+        way, row = 0.0, places[i]
         for j in range(last):
-            difference = points[place, 1 + j] - points[place, 0]
+            difference = points[row, 1 + j] - points[row, 0]
             way += difference
             rows[j, i] = share * difference
         way *= weight
-        mean[i] = points[place, 0] + way
+        mean[i] = points[row, 0] + way
         rows[last, i] = centre * way
         for j in range(n):
             rows[last + 1 + j, i] = 0.0

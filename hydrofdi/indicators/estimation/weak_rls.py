@@ -202,11 +202,11 @@ def solve(known: Assumptions, s: Scratch) -> None:
             total += s.inverse[i, j] * s.right[j]
         s.values[i] = total
     stiffest = -1.0 / (known.modulus * deviation) if deviation > 0.0 else 0.0
-    for place, least in ((COMPRESSIBILITY, stiffest), (_CLEARANCE, 0.0)):
+    for index, least in ((COMPRESSIBILITY, stiffest), (_CLEARANCE, 0.0)):
         # The estimate under the condition of its least value, from the unconditional one.
-        excess = min(s.values[place] - least, 0.0) / s.inverse[place, place]
+        excess = min(s.values[index] - least, 0.0) / s.inverse[index, index]
         for i in range(N_UNKNOWN):
-            s.values[i] -= excess * s.inverse[i, place]
+            s.values[i] -= excess * s.inverse[i, index]
 
 
 @equation

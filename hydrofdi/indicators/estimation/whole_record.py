@@ -94,14 +94,14 @@ def _inverse(matrix: Array) -> Array:
 
 def _covariance(residuals: Array, used: NDArray[np.bool_]) -> float:
     """Largest covariance of residuals (n_used, n_chamber) in windows that do not overlap."""
-    of_window, found = np.zeros((used.size, residuals.shape[1])), 0.0
+    of_window, largest = np.zeros((used.size, residuals.shape[1])), 0.0
     of_window[used] = residuals
     for apart in _APART:
         n_pair = np.count_nonzero(used[apart:] & used[:-apart])
         if n_pair >= _LEAST_PAIRS:
             total = abs(float(np.sum(of_window[apart:] * of_window[:-apart])))
-            found = max(found, total / (n_pair * residuals.shape[1]))
-    return found
+            largest = max(largest, total / (n_pair * residuals.shape[1]))
+    return largest
 
 
 def map_estimate(
@@ -117,30 +117,30 @@ def map_estimate(
         precision[_CLEARANCE] = min(1.0, deviations[_CLEARANCE] / of_leak) ** 2
     if deviations[COMPRESSIBILITY] > 0.0:
         at_zero = -1.0 / (known.modulus * deviations[COMPRESSIBILITY])
-    variance, found, residuals = 1.0, mean, targets
+    variance, estimate, residuals = 1.0, mean, targets
     for _ in range(N_FIT):
         covariance = _inverse(normal / variance + np.diag(precision))
-        found = covariance @ (right / variance + mean)
-        for place, least in ((COMPRESSIBILITY, at_zero), (_CLEARANCE, 0.0)):
-            found -= min(found[place] - least, 0.0) / covariance[place, place] * covariance[place]
-        residuals = targets - rows @ found
+        estimate = covariance @ (right / variance + mean)
+        for index, least in ((COMPRESSIBILITY, at_zero), (_CLEARANCE, 0.0)):
+            estimate -= min(estimate[index] - least, 0.0) / covariance[index, index] * covariance[index]
+        residuals = targets - rows @ estimate
         square = float(np.sum(residuals**2)) / max(targets.size, 1)
         if not square > variance:
             break
         variance = square
-    return found, residuals, normal, precision
+    return estimate, residuals, normal, precision
 
 
 def _flow(
     rows: Array, targets: Array, used: NDArray[np.bool_], weights: Array, prior: Array, known: Assumptions
 ) -> tuple[float, float]:
     """Sum of the unknowns times their weights, and its standard deviation."""
-    found, residuals, normal, precision = map_estimate(rows, targets, prior, known)
+    estimate, residuals, normal, precision = map_estimate(rows, targets, prior, known)
     n_used = np.count_nonzero(used)
     excess = float(np.sum(residuals**2)) / max(targets.size, 1) - 1.0
     of_model = max(excess, _covariance(residuals.reshape(n_used, -1), used) if n_used else 0.0)
     covariance = _inverse(normal / (1.0 + CORRELATED * of_model) + np.diag(precision))
-    along, flow = covariance @ weights, float(weights @ found)
+    along, flow = covariance @ weights, float(weights @ estimate)
     wider = np.where(np.arange(weights.size) < N_UNKNOWN, WIDER**2 - 1.0, 0.0)
     wider[[_LEAK, _CLEARANCE]] = 0.0
     of_valve = 0.5 * min(abs(flow), 2.0 * weights[_CLEARANCE])
@@ -187,7 +187,7 @@ def likeliest_wrong(options: WindowOptions, records: RecordBatch) -> list[Wrong]
         changed = options.model_copy(update={name: now[name] * 2.0**octaves})
         return _doubt(changed, records)
 
-    whole, found = _doubt(options, records), list[Wrong]()
+    whole, likeliest = _doubt(options, records), list[Wrong]()
     for name in now if whole > _SURE else ():
         tried = [doubt(name, octaves) for octaves in _OCTAVES]
         best = float(_OCTAVES[int(np.argmin(tried))])
@@ -196,10 +196,10 @@ def likeliest_wrong(options: WindowOptions, records: RecordBatch) -> list[Wrong]
         fitted = minimize_scalar(lambda x, name=name: doubt(name, x), bounds=bounds, method="bounded",
                                  options={"xatol": 0.01, "maxiter": 10})  # fmt: skip
         if abs(fitted.x) > np.log2(1.0 + _LEAST):
-            found.append(Wrong(name, now[name] * 2.0 ** float(fitted.x), float(1.0 - fitted.fun / whole)))
-    found = [each for each in found if each.share > max(_MOST, _SURE / whole)]
-    found.sort(key=lambda each: -each.share)
-    return [each for each in found[:2] if each.share > found[0].share - _LIKE]
+            likeliest.append(Wrong(name, now[name] * 2.0 ** float(fitted.x), float(1.0 - fitted.fun / whole)))
+    likeliest = [each for each in likeliest if each.share > max(_MOST, _SURE / whole)]
+    likeliest.sort(key=lambda each: -each.share)
+    return [each for each in likeliest[:2] if each.share > likeliest[0].share - _LIKE]
 
 
 def sentence(options: WindowOptions, wrong: Sequence[Wrong]) -> str:
@@ -226,10 +226,10 @@ def _doubt(options: WindowOptions, records: RecordBatch) -> float:
         rows = (columns[r][used] * known.deviations / known.error).reshape(-1, N_UNKNOWN)
         if not (len(rows) and np.isfinite(rows).all()):
             return _IMPOSSIBLE
-        found, residuals, *_ = map_estimate(
+        estimate, residuals, *_ = map_estimate(
             rows, targets[r][used].ravel() / known.error, np.zeros(N_UNKNOWN), known
         )
-        found[free] = 0.0
+        estimate[free] = 0.0
         square = max(1.0, float(np.mean(residuals**2)))
-        total += len(rows) / CORRELATED * np.log(square) + float(np.sum(found**2))
+        total += len(rows) / CORRELATED * np.log(square) + float(np.sum(estimate**2))
     return total

@@ -81,8 +81,8 @@ class ModeGrid:
     def leaky(self, delta: runs.Array) -> runs.Array:
         """δ of all runs, (..., n_run, n_level), by scenario, leakage and EBM; NaN where a run is absent."""
         positions = self.positions[:, 1:]
-        found: runs.Array = np.where((positions == ABSENT)[..., None], np.nan, delta[..., positions, :])
-        return found
+        cells: runs.Array = np.where((positions == ABSENT)[..., None], np.nan, delta[..., positions, :])
+        return cells
 
 
 def leaks_out_more(data: ExperimentData) -> Mask:
@@ -101,12 +101,12 @@ def leaks_out_more(data: ExperimentData) -> Mask:
 def arrange_modes(data: ExperimentData) -> ModeGrid:
     """The grid of an experiment."""
     kept = np.flatnonzero(~leaks_out_more(data))
-    scenarios, moduli, places = _axes(data, kept)
-    if lack := _lack(data, tuple(int(of_axis.max()) + 1 for of_axis in places), len(kept)):
+    scenarios, moduli, indices = _axes(data, kept)
+    if lack := _lack(data, tuple(int(of_axis.max()) + 1 for of_axis in indices), len(kept)):
         kept = np.array([max(0, data.fixed_baseline[0])])
-        scenarios, moduli, places = _axes(data, kept)
-    positions = np.full([int(of_axis.max()) + 1 for of_axis in places], ABSENT)
-    positions[places] = kept
+        scenarios, moduli, indices = _axes(data, kept)
+    positions = np.full([int(of_axis.max()) + 1 for of_axis in indices], ABSENT)
+    positions[indices] = kept
     # what differs in the leak alone, such as its law, is the same once the actuator is sealed
     for scenario, _, beta in np.argwhere(positions[:, :1] == ABSENT):
         leaky = positions[scenario, 1:, beta]
@@ -127,12 +127,12 @@ def _axes(
         name: np.array(data.values(name), dtype=object)[kept].tolist() for name in runs.label_names(data)
     }
     labels = [name for name in values if len(kept) == data.n_run or len(set(values[name])) > 1]
-    found = list(zip(*(values[name] for name in labels), strict=True)) or [()] * len(kept)
-    order = {scenario: index for index, scenario in enumerate(dict.fromkeys(found))}
+    rows = list(zip(*(values[name] for name in labels), strict=True)) or [()] * len(kept)
+    order = {scenario: index for index, scenario in enumerate(dict.fromkeys(rows))}
     _, leakage = np.unique([0.0, *data.leakage_requests[kept]], return_inverse=True)
     moduli, modulus = np.unique(data.columns[names.BULK_MODULUS][kept], return_inverse=True)
-    places = (np.array([order[scenario] for scenario in found]), leakage[1:], modulus)
-    return [dict(zip(labels, each, strict=True)) for each in order], moduli.tolist(), places
+    indices = (np.array([order[scenario] for scenario in rows]), leakage[1:], modulus)
+    return [dict(zip(labels, each, strict=True)) for each in order], moduli.tolist(), indices
 
 
 def _lack(data: ExperimentData, shape: tuple[int, ...], n_run: int) -> str:
@@ -277,8 +277,8 @@ class ClaimResult:
     @property
     def margin(self) -> float:
         """The smallest margin of the checks that are decided [percentage points]; NaN if there is none."""
-        found = [value for each in self.checks for value in each[self.scenarios].tolist()]
-        return min((value for value in found if not math.isnan(value)), default=math.nan)
+        margins = [value for each in self.checks for value in each[self.scenarios].tolist()]
+        return min((value for value in margins if not math.isnan(value)), default=math.nan)
 
 
 def claim_margins(grid: ModeGrid, delta: runs.Array) -> dict[str, runs.Array]:
@@ -286,15 +286,15 @@ def claim_margins(grid: ModeGrid, delta: runs.Array) -> dict[str, runs.Array]:
 
     NaN where a claim is not decided.
     """
-    found = {claim.id: claim.checks(grid, delta) for claim in CLAIMS}
+    checks = {claim.id: claim.checks(grid, delta) for claim in CLAIMS}
     undecided = np.full((*delta.shape[:-2], len(grid.scenarios)), np.nan)
-    return {name: np.min(margins, axis=0) if margins else undecided for name, margins in found.items()}
+    return {name: np.min(margins, axis=0) if margins else undecided for name, margins in checks.items()}
 
 
 def alarms(delta: runs.Array) -> Mask:
     """Whether the d3 rule alarms: all δ are known, and δd3 is positive and the largest."""
-    found: Mask = (runs.best_levels(delta) == D3) & np.isfinite(delta).all(axis=-1)
-    return found
+    alarm: Mask = (runs.best_levels(delta) == D3) & np.isfinite(delta).all(axis=-1)
+    return alarm
 
 
 class Outcome(NamedTuple):
@@ -353,9 +353,9 @@ class Standing:
 
     def claim(self, claim: str, scenarios: Sequence[int]) -> Outcome:
         """How a claim stands; it holds if it does so in all of these scenarios."""
-        found = [self.margins[claim], *self.phase_margins[claim]]
+        margins = [self.margins[claim], *self.phase_margins[claim]]
         # The worst scenario decides; NaN, which min keeps, leaves the claim open.
-        number, *values = [float(each[scenarios].min()) if len(scenarios) else math.nan for each in found]
+        number, *values = [float(each[scenarios].min()) if len(scenarios) else math.nan for each in margins]
         held = sum(value > 0.0 for value in values)
         return Outcome(self.title, claim, held, int(np.isfinite(values).sum()), number, tuple(values))
 
@@ -371,8 +371,8 @@ class Standing:
         `fixed` has shape (..., n_run, n_level), the result (..., n_scenario, n_raised).
         """
         sealed = self.grid.positions[:, 0, self.grid.raised]
-        found: Mask = alarms(fixed[..., sealed, :]) & (sealed != ABSENT)
-        return found
+        alarm: Mask = alarms(fixed[..., sealed, :]) & (sealed != ABSENT)
+        return alarm
 
     @property
     def alarms_everywhere(self) -> dict[str, Mask]:

@@ -116,9 +116,9 @@ def draw_phases(study: StudyData) -> Figure:
 
 
 def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
-    for title in dict.fromkeys(each.records for each in outcomes):
+    for title in dict.fromkeys(outcome.records for outcome in outcomes):
         color, mark, offset, label = _LOOKS[title]
-        own = [each for each in outcomes if each.records == title]
+        own = [outcome for outcome in outcomes if outcome.records == title]
         heights = np.arange(len(own)) + offset
         low, high = np.array([(min(each.values), max(each.values)) for each in own]).T
         axis.hlines(heights, low, high, color=color, linewidth=2.5, label=f"{title}: range")
@@ -129,7 +129,7 @@ def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
                 f"{each.held} of {each.of}", (1.01, height), xycoords=("axes fraction", "data"),
                 va="center", fontsize=7.5, color=INK, annotation_clip=False,
             )  # fmt: skip
-    names = [_SENTENCES.get(name, name) for name in dict.fromkeys(each.name for each in outcomes)]
+    names = [_SENTENCES.get(name, name) for name in dict.fromkeys(outcome.name for outcome in outcomes)]
     axis.axvline(0.0, color=INK, linewidth=0.8)
     axis.set_yticks(range(len(names)), names)
     axis.set_ylim(len(names) - 0.5, -0.5)

@@ -87,7 +87,7 @@ class StudyReport(StudyData):
         for _, data in self.views:
             record |= data
         record |= {
-            "claims": [claim_record(self, each) for each in self.claims],
+            "claims": [claim_record(self, claim) for claim in self.claims],
             "guarded_claims": list(self.data.experiment.claims),
             "controls": {"sealed_alarms": alarm_records(self.sealed, self.standings) if is_single else []},
             "reference": deviations(self.table, self.data.experiment.reference) if is_single else [],
@@ -147,7 +147,7 @@ def claims_block(study: StudyReport) -> Block:
         " turns; negative if it does not hold. If it is a difference of two δ, both may move, each by half of"
         " it. –: open, cannot be decided (a run is missing, or the actuator does not move)."
     )
-    records = [claim_record(study, each) for each in study.claims]
+    records = [claim_record(study, claim) for claim in study.claims]
     nested = ("phases", "settled")
     table = Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
     return Block("claims", title, required(study), (table,))
@@ -157,7 +157,7 @@ def required(study: StudyReport) -> tuple[str, ...]:
     """Whether the claims that the file lists hold, in all feasible scenarios of an ensemble."""
     if not study.guarded:
         return ()
-    lost = joined([each.claim.id for each in study.guarded if not each.reproduced])
+    lost = joined([result.claim.id for result in study.guarded if not result.reproduced])
     held = f"not so, or open, for {lost}" if lost else "all of them hold, at the configured start phase"
     return (f"The experiment file requires {joined([each.claim.id for each in study.guarded])}: {held}.",)
 
@@ -166,7 +166,7 @@ def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
     """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
     sentences = {claim.id: f"{claim.id}: {claim.sentence}" for claim in CLAIMS}
     named = [] if study.grid.lack else [(sentences[each.name], each) for each in study.claim_outcomes]
-    named += [(f"d3 alarm at {each.name} without a leak", each) for each in study.alarm_outcomes]
+    named += [(f"d3 alarm at {outcome.name} without a leak", outcome) for outcome in study.alarm_outcomes]
     rows: dict[str, dict[str, Any]] = {}
     survival: dict[str, dict[str, Any]] = {}
     for name, each in named:
@@ -299,13 +299,13 @@ def _deviation(table: RunTable, cell: ReferenceCell, general: float) -> dict[str
 def reference_block(study: StudyReport) -> Block:
     """Published values beside the computed ones, or the sentence that there are none."""
     reference, title = study.data.experiment.reference, "Published values"
-    found = deviations(study.table, reference)
-    if not found:
+    cells = deviations(study.table, reference)
+    if not cells:
         return Block("reference", title, (NONE_GIVEN,))
-    agrees = [each["agrees"] for each in found]
+    agrees = [cell["agrees"] for cell in cells]
     n_compared = counted(len(agrees) - agrees.count(None), "published value")
     source = f"; source: {reference.source}" if reference.source else ""
     said = f"Within the tolerance: {agrees.count(True)} of {n_compared}{source}."
     note = "Deviation and tolerance: percentage points of δ; percent of a published RMS. –: no such run."
-    table = Table.of_records(found, title="Computed and published", key="reference", notes=(note,))
+    table = Table.of_records(cells, title="Computed and published", key="reference", notes=(note,))
     return Block("reference", title, (said,), (table,))

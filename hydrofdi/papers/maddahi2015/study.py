@@ -99,7 +99,7 @@ class ScenarioStudy:
         """Word of a verdict → the scenarios with a run that it was given to, shape (n_scenario,)."""
         verdicts = self.data.columns[names.VERDICT].astype(str)
         given = {word: np.char.find(verdicts, word) >= 0 for word in DOUBTS}
-        masks = {word: np.array([found[own].any() for own in self._runs]) for word, found in given.items()}
+        masks = {word: np.array([has[own].any() for own in self._runs]) for word, has in given.items()}
         return {word: mask for word, mask in masks.items() if mask.any()}
 
     @property
@@ -157,8 +157,8 @@ class ScenarioStudy:
 
     def count_settled(self, claims: Sequence[str]) -> int | None:
         """Feasible scenarios that reproduce claims in their settled records; None if there are none."""
-        found = [int((self.feasible & each.held(claims)).sum()) for each in self.standings[1:]]
-        return found[0] if found else None
+        counts = [int((self.feasible & each.held(claims)).sum()) for each in self.standings[1:]]
+        return counts[0] if counts else None
 
     @cached_property
     def value_shares(self) -> tuple[ValueShare, ...]:
@@ -218,8 +218,8 @@ def clustered_share(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArr
 
 
 def _effective_number(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArray[np.int64]) -> float:
-    _, places = np.unique(np.asarray(clusters), return_inverse=True)
-    hits, sizes = np.bincount(places, outcomes), np.bincount(places)
+    _, cluster = np.unique(np.asarray(clusters), return_inverse=True)
+    hits, sizes = np.bincount(cluster, outcomes), np.bincount(cluster)
     n_cluster, total, share = hits.size, outcomes.size, float(outcomes.mean())
     if n_cluster == 1:
         return 1.0
@@ -263,9 +263,9 @@ def scenarios_record(study: ScenarioStudy) -> dict[str, Any]:
 
 
 def _share_record(study: ScenarioStudy, outcomes: Mask, members: Mask) -> dict[str, Any]:
-    found = study.share(outcomes, members)
-    interval = [found.low, found.high] if study.is_drawn else None
-    return {"count": found.count, "of": found.total, "interval_95": interval}
+    share = study.share(outcomes, members)
+    interval = [share.low, share.high] if study.is_drawn else None
+    return {"count": share.count, "of": share.total, "interval_95": interval}
 
 
 def _members(study: ScenarioStudy) -> list[dict[str, Any]]:
@@ -417,8 +417,8 @@ class StudyData(Report):
         """Positions of the scenarios that claims have to hold in: the feasible ones, or all."""
         if self.scenarios is None:
             return range(len(self.grid.scenarios))
-        found: list[int] = np.flatnonzero(self.scenarios.feasible).tolist()
-        return found
+        feasible: list[int] = np.flatnonzero(self.scenarios.feasible).tolist()
+        return feasible
 
     @cached_property
     def claims(self) -> tuple[ClaimResult, ...]:
@@ -435,12 +435,12 @@ class StudyData(Report):
     @cached_property
     def claim_outcomes(self) -> list[Outcome]:
         """How claims stand over the start phases, in each way to look at the records."""
-        return [each.claim(claim.id, self.looked_at) for each in self.standings for claim in CLAIMS]
+        return [standing.claim(claim.id, self.looked_at) for standing in self.standings for claim in CLAIMS]
 
     @cached_property
     def alarm_outcomes(self) -> list[Outcome]:
         """How the alarms on the sealed actuator stand over the start phases."""
-        return [found for each in self.standings for found in sealed_outcomes(self.sealed, each)]
+        return [outcome for standing in self.standings for outcome in sealed_outcomes(self.sealed, standing)]
 
 
 def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:

@@ -49,7 +49,7 @@ def _answer_table(detection: Detection) -> Table:
         Column("Score", [each.scored.name + KEEPING[each.keeps_its_rate] for each in shown], is_text=True),
         Column(
             f"{unit.quantity.capitalize()}{unit.bracket}",
-            found := list(map(unit.found, bounds)),
+            sizes := list(map(unit.found, bounds)),
         ),
         *([Column(f"At 8 MPa{unit.bracket}", [unit.found(each, unit.per_mean_flow) for each in bounds])]
           if has_both else []),
@@ -63,7 +63,7 @@ def _answer_table(detection: Detection) -> Table:
         "!": "more false alarms than set",
         "?": "too few records to tell its false alarms",
     }
-    texts = "".join([*found, *(KEEPING[each.keeps_its_rate] for each in shown)])
+    texts = "".join([*sizes, *(KEEPING[each.keeps_its_rate] for each in shown)])
     note = ["Alarms: of healthy records", *(f"{sign} {signs[sign]}" for sign in signs if sign in texts)]
     return Table(columns, key="best", notes=("; ".join(note) + ".",))
 
@@ -79,8 +79,8 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
         f"{sizes[Kind.HEALTHY, True]:,} healthy records set the thresholds; {joined(testing) or 'no'} records"
         " test them."
     )
-    n_kept = sum(each.keeps_its_rate is True for each in judgements)
-    n_open = sum(each.keeps_its_rate is None for each in judgements)
+    n_kept = sum(judgement.keeps_its_rate is True for judgement in judgements)
+    n_open = sum(judgement.keeps_its_rate is None for judgement in judgements)
     undecided = f"; {n_open} are undecided, as too few records test them" if n_open else ""
     yield f"{n_kept} of {counted(len(judgements), 'score')} kept to the false-alarm rate{undecided}."
     of_all = judgements[0].smallest.get("q90_95_of_all") if judgements else None
@@ -171,8 +171,8 @@ def ranking_block(detection: Detection) -> Block:
         detection.judgements,
         wording.chosen_levels(detection, 1),
     )
-    areas = [[wording.level_of(each, level) for each in judgements] for level in levels]
-    costs = [each.scored.cost for each in judgements]
+    areas = [[wording.level_of(judgement, level) for judgement in judgements] for level in levels]
+    costs = [judgement.scored.cost for judgement in judgements]
     columns = (
         Column(
             "Score",
@@ -183,15 +183,15 @@ def ranking_block(detection: Detection) -> Block:
         *(
             Column(
                 f"{title}{unit.bracket}",
-                [unit.found(each.smallest.get(name)) for each in judgements],
-                strong=_places(each.scored.name in detection.pareto for each in judgements)
+                [unit.found(judgement.smallest.get(name)) for judgement in judgements],
+                strong=_places(judgement.scored.name in detection.pareto for judgement in judgements)
                 if name == "q90_95"
                 else (),
             )
             for name, title in (("q90_95", "q90/95"), ("q90", "q90"), ("q50", "q50"))
         ),
         *(
-            Column("False alarms [%]", [wording.rate_text(each, population) for each in judgements])
+            Column("False alarms [%]", [wording.rate_text(judgement, population) for judgement in judgements])
             for population in wording.tested(detection, Kind.HEALTHY)[:1]
         ),
         *(
@@ -271,16 +271,16 @@ def levels_block(detection: Detection) -> Block | None:
     shown = [each for each in wording.foremost(detection, _MOST_LEVELS) if each.threshold is not None]
     columns = [_names(shown)]
     for level in levels:
-        found = [(each, own.detected if (own := wording.level_of(each, level)) else None) for each in shown]
+        rates = [(each, own.detected if (own := wording.level_of(each, level)) else None) for each in shown]
         texts = [
             HOLE
             if rate is None or not rate.total
             else f"{rate.count} of {rate.total}"
             if level in each.counted
             else wording.percent(rate.value)
-            for each, rate in found
+            for each, rate in rates
         ]
-        is_strong = (bool(rate and rate.value >= least and level not in each.counted) for each, rate in found)
+        is_strong = (bool(rate and rate.value >= least and level not in each.counted) for each, rate in rates)
         columns.append(Column(f"{unit.value(level.severity):.3g}", texts, strong=_places(is_strong)))
     title = f"Detected [%] at each {unit.quantity}{unit.bracket}"
     note = f"Bold (in plain text *): {100.0 * least:g} % or more. All scores are in JSON and CSV."

@@ -6,17 +6,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from hydrofdi.evaluation.scores import Kind, comparable
 from hydrofdi.report.detection.answer import remarks_with_counts
-from hydrofdi.report.detection.record import (
-    conclusion,
-    detection_records,
-    labelled_table,
-    pairs_table,
-    study_record,
-)
+from hydrofdi.report.detection.record import detection_lines, detection_records, study_record
+from hydrofdi.report.detection.wording import FROM_LEVELS, severity_unit
+from hydrofdi.settings.messages import HOLE, counted, number_text, percentage
 from hydrofdi.studies.left import Left
-from hydrofdi.studies.records import Detection
-from hydrofdi.tables.table import Table
+from hydrofdi.studies.records import LEAST_OF_GROUP, Detection
+from hydrofdi.tables.table import Column, Table, group_breaks
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,7 +31,23 @@ class EvaluationAnswer:
     @property
     def conclusion(self) -> str:
         """Comparison of healthy groups over all scores; empty if there are fewer than two and a fault."""
-        return conclusion(self.detection)
+        judgements = [judgement for judgement in self.detection.judgements if judgement.levels]
+        known = [judgement.stands_clear for judgement in judgements if judgement.stands_clear is not None]
+        n_not, n_score = known.count(False), len(known)
+        if not judgements:
+            return "no record is labelled faulty, so no detection can be stated"
+        if not n_score and not any(judgement.healthy_pairs for judgement in self.detection.judgements):
+            return ""
+        if not n_score:
+            few = f"fewer than two healthy groups have {LEAST_OF_GROUP} records"
+            return f"{few}: whether only the unit or the day was detected cannot be told"
+        if not n_not:
+            return "in every score, faults differ more from healthy records than healthy groups do"
+        return (
+            f"{'only' if n_not == n_score else 'perhaps only'} the unit or the day was detected: in"
+            f" {n_not} of {counted(n_score, 'score')}, marked ~, healthy groups differ from each other"
+            " as much as faults differ from them"
+        )
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
@@ -44,7 +57,7 @@ class EvaluationAnswer:
     @property
     def best(self) -> str:
         """Name of the best score; empty if no indicator gave a number."""
-        return next((each.scored.name for each in self.detection.judgements), "")
+        return next((judgement.scored.name for judgement in self.detection.judgements), "")
 
     @cached_property
     def table(self) -> Table:
@@ -56,12 +69,72 @@ class EvaluationAnswer:
         curve, ``auc``, with ``auc_low`` and ``auc_high``; ``q90_95_L_per_min``, the leak that is found nine
         times in ten; and how many records are ``not_measurable``.
         """
-        return labelled_table(self.detection)
+        unit = severity_unit(self.detection)
+        by_name = {judgement.scored.name: judgement for judgement in self.detection.judgements}
+        bound = f"q90_95{unit.suffix}"
+        titles = {
+            "indicator": "score",
+            "population": "population",
+            "alarms": "alarms",
+            "auc": "AUC",
+            bound: f"q90/95{unit.bracket}",
+            "not_measurable": "without a number",
+        }
+
+        def text_of(line: dict[str, Any], name: str) -> str:
+            judgement = by_name[line["indicator"]]
+            if name == "indicator":
+                return f"{'~ ' if judgement.stands_clear is False else ''}{line[name]}"
+            if name == "alarms" and line["n"] is not None:
+                ends = [percentage(line[end]) for end in ("rate", "low", "high") if line[end] is not None]
+                share = ", {} % [{}, {}]".format(*ends) if len(ends) == 3 else ""
+                return f"{line['alarms']} of {line['n']}{share}"
+            if name == "auc" and line["kind"] == Kind.HEALTHY and (areas := judgement.healthy_areas):
+                return f"{min(areas):.2f} … {max(areas):.2f}"
+            if name == "auc" and line["auc"] is not None:
+                return _area_text(line["auc"], line["auc_low"], line["auc_high"])
+            if name == bound and line["kind"] == Kind.FAULT:
+                return unit.found(judgement.smallest.get("q90_95")).removesuffix(FROM_LEVELS)
+            return str(line[name]) if name in ("population", "not_measurable") and line[name] else HOLE
+
+        lines = [line for line in detection_lines([self.detection]) if "population" in line]
+        columns = []
+        for name in [*titles, *(each for each in (lines[0] if lines else ()) if each not in titles)]:
+            texts = [text_of(line, name) for line in lines]
+            column = Column(name, [line[name] for line in lines], title=titles.get(name, ""), text=texts)
+            is_text, is_shown = name in ("indicator", "population"), name in titles and {*texts} != {HOLE}
+            columns.append(replace(column, is_text=is_text, is_shown=is_shown))
+        breaks = group_breaks([line["indicator"] for line in lines])
+        return Table(tuple(columns), n_lead=2, breaks=breaks if len(lines) > 2 * len(by_name) else ())
 
     @cached_property
     def pairs(self) -> Table:
-        """A row for two healthy groups, those first that the best score tells apart best."""
-        return pairs_table(self.detection)
+        """A row for two healthy groups, those first that the best score tells apart best.
+
+        The threshold of ``fit_group`` is tested on ``test_group``. If no alarms are counted, both groups are
+        listed once, and the second reads higher.
+        """
+        pairs = [pair for best in self.detection.judgements[:1] for pair in best.healthy_pairs]
+        pairs.sort(key=lambda pair: -abs(comparable(pair.area.value - 0.5)))
+        has_alarms = any(pair.rate is not None for pair in pairs)
+        if not has_alarms:
+            pairs = [pair for pair in pairs if (pair.area.value, pair.fit_group) > (0.5, pair.test_group)]
+        titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
+        areas, rates = [pair.area for pair in pairs], [pair.rate for pair in pairs]
+        texts = [_area_text(area.value, area.low, area.high) for area in areas]
+        return Table(
+            (
+                Column("fit_group", [pair.fit_group for pair in pairs], title=titles[0], is_text=True),
+                Column("test_group", [pair.test_group for pair in pairs], title=titles[1], is_text=True),
+                Column("auc", [area.value for area in areas], title="AUC", text=texts),
+                Column("auc_low", [area.low for area in areas], is_shown=False),
+                Column("auc_high", [area.high for area in areas], is_shown=False),
+                Column("alarms", [r and r.count for r in rates], title="false alarms", is_shown=has_alarms),
+                Column("n", [r and r.total for r in rates], title="of", is_shown=has_alarms),
+            ),
+            title=f"Healthy groups against each other by {self.best}: none of them leaks",
+            n_lead=2,
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi evaluate --json`` prints."""
@@ -88,3 +161,7 @@ class EvaluationAnswer:
 
     def _repr_html_(self) -> str:
         return self._told()._repr_html_()
+
+
+def _area_text(value: float, low: float, high: float) -> str:
+    return f"{number_text(value, 2)} [{number_text(low, 2)}, {number_text(high, 2)}]"

@@ -58,7 +58,7 @@ def populations_block(detection: Detection, experiment: ExperimentConfig | None)
 def _populations_table(detection: Detection, study: StudyConfig | None) -> Table:
     unit, records = wording.severity_unit(detection), detection.records
     changes = {**study.shifts, **study.confusions} if study else {}
-    shown = [each for each in records.populations if each.kind is not Kind.ALONE]
+    shown = [population for population in records.populations if population.kind is not Kind.ALONE]
     rows: list[tuple[Any, ...]] = []
     for each in shown:
         severity = records.severity[records.rows(each)]
@@ -120,7 +120,7 @@ _GAP = "\N{NO-BREAK SPACE}"
 @lru_cache(maxsize=1024)
 def nuisances(detection: Detection, score: str) -> tuple[list[Nuisance], list[str]]:
     """The nuisances of a score by its name, and what is refused; empty without records for them."""
-    (scored,) = (each.scored for each in detection.judgements if each.scored.name == score)
+    (scored,) = (judgement.scored for judgement in detection.judgements if judgement.scored.name == score)
     return nuisances_of(detection.records, scored, confidence=detection.rules.confidence)
 
 
@@ -128,8 +128,8 @@ def why_block(detection: Detection) -> Block | None:
     """Which nuisance moves which score, the best with each set of sensors; None without records for it."""
     best = wording.best_with_sensors(detection).values()
     chosen = wording.distinct(*best, *wording.wavelet_rules(detection), *detection.judgements[:1])[:_MOST]
-    found = {each.scored.name: nuisances(detection, each.scored.name) for each in chosen}
-    shown, unit = {name: own for name, (own, _) in found.items() if own}, wording.severity_unit(detection)
+    by_score = {each.scored.name: nuisances(detection, each.scored.name) for each in chosen}
+    shown, unit = {name: own for name, (own, _) in by_score.items() if own}, wording.severity_unit(detection)
     if not shown:
         return None
 
@@ -160,7 +160,7 @@ def why_block(detection: Detection) -> Block | None:
     heads = ("Score", "Nuisance", "Alone [%]", f"Looks like{unit.bracket}")
     columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
     table = Table.of(columns, key="nuisances", n_lead=2, breaks=group_breaks([name for name, *_ in rows]))
-    refused = dict.fromkeys(refusal for _, refusals in found.values() for refusal in refusals)
+    refused = dict.fromkeys(refusal for _, refusals in by_score.values() for refusal in refusals)
     said = (_WHY, *(f"Not stated for some: {refusal}." for refusal in refused))
     return Block("why", "Why: what moves healthy scores", said, (table,))
 

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.evaluation.scores import Estimate, Population
+from hydrofdi.evaluation.scores import Population
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import finds, severity_unit
@@ -106,11 +106,11 @@ class DetectionReport:
         after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
-        found = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
+        best = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing),
             *(doubts_blocks(data) if data else ()),
-            *answers(found, self._training),
+            *answers(best, self._training),
             populations.populations_block(first, data.experiment if data else None),
             answer.ranking_block(first),
             answer.false_alarms_block(first),
@@ -136,7 +136,7 @@ class DetectionReport:
             "detection": [one for each in self.detections for one in record.detection_records(each)],
             "estimates": [row for each in self.estimates for row in each.rows],
             "run_lengths": run_length_records(self.detections),
-            "studies": [record.study_record(each) for each in self.detections],
+            "studies": [record.study_record(detection) for detection in self.detections],
         }
 
     def wide(self) -> dict[str, list[Any]]:
@@ -264,19 +264,18 @@ def _lead(chart: ChartJudgement) -> dict[str, Any]:
 
 
 def _alarm_record(chart: ChartJudgement, population: Population) -> dict[str, Any]:
-    found, keeps = chart.false_alarms[population], chart.keeps(population)
+    limit, keeps = chart.false_alarms[population], chart.keeps(population)
     return {
-        "alarms": found.n_alarm,
-        "hours": convert(found.duration, "h"),
-        "between_alarms_h": finite(convert(found.mean_time, "h")),
-        "between_alarms_low_h": finite(convert(found.low, "h")),
-        "between_alarms_high_h": finite(convert(found.high, "h")),
+        "alarms": limit.n_alarm,
+        "hours": convert(limit.duration, "h"),
+        **_interval("between_alarms", "h", limit.mean_time, limit.low, limit.high),
         "keeps_false_alarm_rate": None if keeps is None else int(keeps),
     }
 
 
 def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
-    unit = severity_unit(detection)
+    unit, median, late = severity_unit(detection), delay.median, delay.late
+    name = f"delay_{100.0 * detection.rules.probability:g}_percent"
     return {
         unit.key: unit.value(delay.population.severity),
         "true_mean_flow_after_onset_L_per_min": finite(convert(delay.flow, "L/min")),
@@ -284,15 +283,15 @@ def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
         "n": delay.n,
         "false_alarms_before_onset": delay.n_early,
         "not_measurable": delay.not_measurable,
-        **_quantile("delay_median", delay.median),
-        **_quantile(f"delay_{100.0 * detection.rules.probability:g}_percent", delay.late),
+        **_interval("delay_median", "s", median.value, median.low, median.high),
+        **_interval(name, "s", late.value, late.low, late.high),
     }
 
 
-def _quantile(name: str, delay: Estimate) -> dict[str, float | None]:
-    """In s; None if records end before."""
-    ends = {f"{name}_s": delay.value, f"{name}_low_s": delay.low, f"{name}_high_s": delay.high}
-    return {key: finite(value) for key, value in ends.items()}
+def _interval(name: str, unit: str, value: float, low: float, high: float) -> dict[str, float | None]:
+    """A time with its interval in a unit; None if there was no alarm in the records."""
+    ends = {f"{name}_{unit}": value, f"{name}_low_{unit}": low, f"{name}_high_{unit}": high}
+    return {key: finite(convert(end, unit)) for key, end in ends.items()}
 
 
 _ORDER = (
@@ -310,7 +309,7 @@ def estimates_block(estimates: Estimates) -> Block | None:
         f" stated (root mean square). Covered: share of the records whose stated {level} interval contains"
         f" the truth, with its {level} interval.{_left_out(estimates)}"
     )
-    breaks = group_breaks([(each["indicator"], each["quantity"]) for each in rows])
+    breaks = group_breaks([(row["indicator"], row["quantity"]) for row in rows])
     title = "Estimates against the truth"
     table = Table.of_records(rows, title=title, key="estimates", notes=(note,), breaks=breaks)
     return Block("estimates", "Estimates", (_ORDER,), (table,))

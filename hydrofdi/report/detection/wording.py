@@ -156,7 +156,7 @@ def best_with_sensors(detection: Detection) -> dict[frozenset[str], Judgement]:
     best = {
         sensors: each
         for each in reversed(able)
-        for sensors in dict.fromkeys(frozenset(each.scored.channels) for each in judged)
+        for sensors in dict.fromkeys(frozenset(judgement.scored.channels) for judgement in judged)
         if sensors == frozenset(each.scored.channels)
         or frozenset() < frozenset(each.scored.channels) < sensors
     }
@@ -170,7 +170,7 @@ def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
     """
     others = {frozenset(each.scored.channels): each for each in reversed(detection.judgements)}
     best = (others | best_with_sensors(detection)).values()
-    return tuple(each for each in detection.judgements if each in best)
+    return tuple(judgement for judgement in detection.judgements if judgement in best)
 
 
 def answers(detection: Detection) -> tuple[Judgement, ...]:
@@ -201,7 +201,7 @@ def foremost(detection: Detection, most: int) -> tuple[Judgement, ...]:
     room = max(most - len(named), 1)
     chosen = distinct(*best[:room], *named, *best[room:], *detection.judgements)
     first = {each.scored.name for each in chosen[:most]}
-    return tuple(each for each in detection.judgements if each.scored.name in first)
+    return tuple(judgement for judgement in detection.judgements if judgement.scored.name in first)
 
 
 def distinct(*judgements: Judgement) -> tuple[Judgement, ...]:
@@ -223,8 +223,8 @@ def chosen_levels(detection: Detection, most: int = 3) -> tuple[Population, ...]
     levels = detection.records.chosen(Kind.FAULT, is_fit=False)
     if len(levels) <= most:
         return levels
-    places = [round((index + 1) * (len(levels) - 1) / (most + 1)) for index in range(most)]
-    return tuple(levels[place] for place in dict.fromkeys(places))
+    positions = [round((index + 1) * (len(levels) - 1) / (most + 1)) for index in range(most)]
+    return tuple(levels[position] for position in dict.fromkeys(positions))
 
 
 def level_of(judgement: Judgement, population: Population) -> Level | None:

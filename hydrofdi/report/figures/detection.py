@@ -39,6 +39,8 @@ from hydrofdi.studies.records import Detection, Judgement, part
 from hydrofdi.units import convert
 
 _MOST, _MOST_LEVELS = 6, 7
+"""Scores, and leaking populations beside the others."""
+
 _N_BIN, _WIDEST = 50, 4.0
 """Bins, and how far beyond the healthy scores they reach, in widths of these."""
 
@@ -50,8 +52,8 @@ def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, 
 
     The largest set of the study comes first; all beyond seven have the last mark.
     """
-    found = {sensors(each): len(each.scored.channels) for each in detection.judgements}
-    ordered = sorted(found, key=lambda name: (-found[name], name))
+    sizes = {sensors(judgement): len(judgement.scored.channels) for judgement in detection.judgements}
+    ordered = sorted(sizes, key=lambda name: (-sizes[name], name))
     last = len(COLORS) - 1
     return {
         name: {"color": COLORS[min(index, last)], "marker": MARKERS[min(index, last)]}
@@ -104,7 +106,7 @@ def draw_densities(detection: Detection) -> Any:
     for axis, judgement in zip(axes, shown, strict=True):
         _draw_densities(axis, detection, judgement, populations)
     rows = range(len(populations))
-    axes[0].set_yticks(rows, [_label(each) for each in populations], fontsize=8)
+    axes[0].set_yticks(rows, [_label(population) for population in populations], fontsize=8)
     axes[0].set_ylim(len(populations) - 0.8, -1.1)
     return figure
 
@@ -113,13 +115,13 @@ def _populations(detection: Detection) -> tuple[Population, ...]:
     """Healthy, shifted and confused ones, and some of the leaking ones."""
     sound, chosen = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION), chosen_levels(detection, _MOST_LEVELS)
     populations = detection.records.populations
-    return tuple(each for each in populations if each.kind in sound or each in chosen)
+    return tuple(population for population in populations if population.kind in sound or population in chosen)
 
 
 def _draw_densities(
     axis: Any, detection: Detection, judgement: Judgement, populations: tuple[Population, ...]
 ) -> None:
-    scores = [judgement.scored.values[detection.records.rows(each)] for each in populations]
+    scores = [judgement.scored.values[detection.records.rows(population)] for population in populations]
     scores = [own[np.isfinite(own)] for own in scores]
     healthy = [own for own, each in zip(scores, populations, strict=True) if each.kind is Kind.HEALTHY]
     ends = () if judgement.threshold is None else (judgement.threshold.low, judgement.threshold.high)
@@ -158,8 +160,6 @@ def _label(population: Population) -> str:
     return population.name if is_named else f"{population.name} (fit)"
 
 
-_MOST_LINES = 6
-
 _LEAST = 0.001
 """Smallest rate on the axes."""
 
@@ -172,7 +172,7 @@ def draw_roc(detection: Detection) -> Any:
     ReportError
         There are no healthy or no faulty records to test.
     """
-    shown, levels = with_threshold(detection, _MOST_LINES), chosen_levels(detection, 3)
+    shown, levels = with_threshold(detection, _MOST), chosen_levels(detection, 3)
     if not levels:
         raise ReportError("no faulty record is tested")
     unit = severity_unit(detection)
@@ -205,8 +205,8 @@ def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: s
     healthy = [rates[population] for population in rates if population.kind is Kind.HEALTHY]
     if stated is None or stated.detected is None or not stated.detected.total or not healthy:
         return
-    place = np.clip([healthy[0].value, stated.detected.value], _LEAST, 1.0 - _LEAST)
-    axis.plot(*place, marker="o", markersize=4, color=color, clip_on=False)
+    point = np.clip([healthy[0].value, stated.detected.value], _LEAST, 1.0 - _LEAST)
+    axis.plot(*point, marker="o", markersize=4, color=color, clip_on=False)
 
 
 def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, Any]]:
@@ -233,8 +233,8 @@ def _named(judgement: Judgement) -> str:
     return name if f"({needs})" in name else f"{name} ({needs})"
 
 
-_MOST_CURVES, _POINTS = 6, 201
-"""Panels, and points of a curve."""
+_POINTS = 201
+"""Points of a curve."""
 
 
 def draw_pod(detection: Detection) -> Any:
@@ -246,9 +246,7 @@ def draw_pod(detection: Detection) -> Any:
         No fault was tested, or no score has a threshold.
     """
     shown = [
-        each
-        for each in with_threshold(detection, _MOST_CURVES)
-        if any(level.detected for level in each.levels)
+        each for each in with_threshold(detection, _MOST) if any(level.detected for level in each.levels)
     ]
     if not shown:
         raise ReportError("no faulty record is tested")
@@ -269,13 +267,13 @@ def _draw_levels(axis: Any, judgement: Judgement, unit: SeverityUnit, mark: dict
     for level in judgement.levels:
         rate = level.detected
         if rate is not None and rate.total:
-            place = unit.value(level.severity if level.severity > 0.0 else level.population.severity)
+            severity = unit.value(level.severity if level.severity > 0.0 else level.population.severity)
             spread = [[100.0 * (rate.value - rate.low)], [100.0 * (rate.high - rate.value)]]
             style = {"fmt": mark["marker"], "markersize": 3.5, "elinewidth": 0.7, "color": mark["color"]}
-            axis.errorbar(place, 100.0 * rate.value, spread, **style)
-    found = judgement.smallest.get("q90_95")
-    if found is not None and found.value is not None:
-        axis.axvline(unit.value(found.value), color=mark["color"], linewidth=1.2)
+            axis.errorbar(severity, 100.0 * rate.value, spread, **style)
+    bound = judgement.smallest.get("q90_95")
+    if bound is not None and bound.value is not None:
+        axis.axvline(unit.value(bound.value), color=mark["color"], linewidth=1.2)
 
 
 def _draw_fitted(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str) -> None:

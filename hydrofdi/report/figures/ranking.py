@@ -88,11 +88,11 @@ def _draw_found(axis: Any, row: int, judgement: Judgement, unit: wording.Severit
     if is_found and estimate is not None and estimate.value is not None:
         axis.plot([unit.value(estimate.severity), end], [row, row], color=color, linewidth=5, alpha=0.5)
     axis.plot(end, row, color=color, marker="|" if is_found else ">", markersize=9, markeredgewidth=3)
-    text, place = _number(bound, unit), {"ha": "left", "xytext": (9, 0)}
+    text, offset = _number(bound, unit), {"ha": "left", "xytext": (9, 0)}
     if not is_found:
-        place = {"ha": "right", "xytext": (-9, 0)}
+        offset = {"ha": "right", "xytext": (-9, 0)}
     style = {"textcoords": "offset points", "va": "center", "fontsize": 10, "color": INK}
-    axis.annotate(text, (end, row), **style, **place)
+    axis.annotate(text, (end, row), **style, **offset)
 
 
 def _number(found: DetectableSeverity, unit: wording.SeverityUnit) -> str:
@@ -152,12 +152,12 @@ def draw_ranking(detection: Detection) -> Any:
 
 def _note(detection: Detection, shown: list[Judgement]) -> str:
     """What the marks mean, those that occur."""
-    places = {found.place for each in shown for found in each.smallest.values()}
+    sides = {bound.place for each in shown for bound in each.smallest.values()}
     parts = {
         "open: estimate": True,
         f"filled: bound with {100.0 * detection.rules.confidence:g} % confidence": True,
-        "← at most the smallest tested": "below" in places,
-        "→ not found up to the largest tested": "above" in places,
+        "← at most the smallest tested": "below" in sides,
+        "→ not found up to the largest tested": "above" in sides,
         "(in brackets): exceeds its false-alarm rate": any(each.keeps_its_rate is False for each in shown),
     }
     return fill("; ".join(text for text, occurs in parts.items() if occurs), _LETTERS)
@@ -172,8 +172,8 @@ def _draw_row(
 ) -> None:
     bound, estimate = judgement.smallest.get("q90_95"), judgement.smallest.get("q90")
     style = {**mark, "markersize": 5.5, "linestyle": "none"}
-    found = (each.value for each in (estimate, bound) if each is not None)
-    ends = [unit.value(value) for value in found if value is not None]
+    values = (each.value for each in (estimate, bound) if each is not None)
+    ends = [unit.value(value) for value in values if value is not None]
     if len(ends) == 2:
         axis.plot(ends, [row, row], color=mark["color"], linewidth=1.2)
     arrow = {"color": mark["color"], "markersize": 11, "linestyle": "none"}

@@ -197,9 +197,9 @@ def draw_trend(
     else:
         from matplotlib import dates
 
-        places: Any = dates.AutoDateLocator()  # type: ignore[no-untyped-call]
-        axis.xaxis.set_major_locator(places)
-        axis.xaxis.set_major_formatter(dates.ConciseDateFormatter(places))  # type: ignore[no-untyped-call]
+        locator: Any = dates.AutoDateLocator()  # type: ignore[no-untyped-call]
+        axis.xaxis.set_major_locator(locator)
+        axis.xaxis.set_major_formatter(dates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
     legend_above(axis, 6)
     return shown(figure)
 

@@ -13,9 +13,9 @@ from matplotlib.patches import Rectangle
 
 from hydrofdi.config.runs import spread
 from hydrofdi.report.figures import BLUE, INK, log_axis
-from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import AGAINST, RANGES, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import Array, signed
+from hydrofdi.report.views import Plane
 from hydrofdi.settings.messages import number_text
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
@@ -29,12 +29,12 @@ _DECADES = 30.0
 
 def draw_responses(study: ResponseStudy) -> Figure:
     """A row for each feature, a column for each parameter."""
-    found = [each for each in study.axes if each.responses]
+    responding = [axis for axis in study.axes if axis.responses]
     axes = sorted(
-        _largest(found, [max(one.reach for one in each.responses) for each in found], _MOST_AXES),
-        key=found.index,
+        _largest(responding, [max(one.reach for one in each.responses) for each in responding], _MOST_AXES),
+        key=responding.index,
     )
-    every = [one for each in axes for one in each.responses]
+    every = [one for axis in axes for one in axis.responses]
     names = list(dict.fromkeys(one.feature.header for one in every))
     moved = [max(one.reach for one in every if one.feature.header == name) for name in names]
     shown = sorted(_largest(names, moved, _MOST_FEATURES), key=names.index)
@@ -46,7 +46,7 @@ def draw_responses(study: ResponseStudy) -> Figure:
     for panel, name in zip(grid[:, 0], shown, strict=True):
         panel.set_ylabel(_label(name), fontsize=_LABEL)
     figure.align_ylabels(grid[:, 0])
-    note = fill(_note(axes, len(found), len(shown), len(names)), round(size[0] / 0.068))
+    note = fill(_note(axes, len(responding), len(shown), len(names)), round(size[0] / 0.068))
     figure.supxlabel(note, fontsize=8, x=0.01, ha="left")
     return figure
 
@@ -60,20 +60,20 @@ def _label(name: str) -> str:
 
 def _largest(items: Sequence[Any], sizes: Sequence[float], most: int) -> list[Any]:
     """Those of the largest sizes."""
-    order = sorted(range(len(items)), key=lambda place: -sizes[place])
-    return [items[place] for place in order[:most]]
+    order = sorted(range(len(items)), key=lambda index: -sizes[index])
+    return [items[index] for index in order[:most]]
 
 
 def _draw_column(panels: Any, axis: Axis, shown: Sequence[str]) -> None:
-    places, labels = _places(axis)
+    positions, labels = _places(axis)
     by_name = {one.feature.header: one for one in axis.responses}
     for panel, name in zip(panels, shown, strict=True):
         if name in by_name:
             over = by_name[name].over
             low, high = [spread.low for spread in over], [spread.high for spread in over]
-            panel.fill_between(places, low, high, color=BLUE, alpha=0.2, linewidth=0)
-            panel.plot(places, [spread.median for spread in over], color=BLUE, marker="o", markersize=3.5)
-    _mark_values(panels[-1], places, labels)
+            panel.fill_between(positions, low, high, color=BLUE, alpha=0.2, linewidth=0)
+            panel.plot(positions, [spread.median for spread in over], color=BLUE, marker="o", markersize=3.5)
+    _mark_values(panels[-1], positions, labels)
     panels[-1].set_xlabel(axis.header if "[" in axis.header or labels else f"{axis.header} [–]")
     if axis.against:
         panels[0].set_title(fill(f"δ against {AGAINST[axis.against]}", 32), fontsize=8)
@@ -85,19 +85,19 @@ def _places(axis: Axis) -> tuple[list[float], list[str]]:
     if axis.numbers is None:
         return count, [group.text for group in axis.groups]
     middles = [float(np.nanmedian(axis.numbers[group.rows])) for group in axis.groups]
-    places = [0.0 if middle == 0.0 else float(axis.text(middle)) for middle in middles]
-    positive = [place for place in places if place > 0.0]
-    if positive and max(positive) >= _DECADES * min(positive) and len(positive) < len(places):
+    positions = [0.0 if middle == 0.0 else float(axis.text(middle)) for middle in middles]
+    positive = [position for position in positions if position > 0.0]
+    if positive and max(positive) >= _DECADES * min(positive) and len(positive) < len(positions):
         return count, [group.text for group in axis.groups]
-    return places, []
+    return positions, []
 
 
-def _mark_values(panel: Any, places: Sequence[float], labels: Sequence[str]) -> None:
+def _mark_values(panel: Any, positions: Sequence[float], labels: Sequence[str]) -> None:
     if labels:
         is_long = len(labels) * (2 + max(map(len, labels))) > 34
-        panel.set_xticks(places, labels, **({"rotation": 40, "ha": "right"} if is_long else {}))
+        panel.set_xticks(positions, labels, **({"rotation": 40, "ha": "right"} if is_long else {}))
         panel.margins(x=0.1)
-    elif min(places) > 0.0 and max(places) >= _DECADES * min(places):
+    elif min(positions) > 0.0 and max(positions) >= _DECADES * min(positions):
         log_axis(panel.xaxis)
     else:
         panel.locator_params(axis="x", nbins=5)
@@ -145,8 +145,8 @@ def draw_sensitivity(plane: Plane) -> Figure:
         bar.set_label("δ [%]")
         bar.outline.set_visible(False)
     for axis, texts, header in zip("yx", plane.texts, plane.headers, strict=True):
-        places = spread(len(texts), _MOST_TICKS)
-        getattr(panels[0, 0], f"set_{axis}ticks")(places, [texts[place] for place in places])
+        ticks = spread(len(texts), _MOST_TICKS)
+        getattr(panels[0, 0], f"set_{axis}ticks")(ticks, [texts[tick] for tick in ticks])
         getattr(figure, f"sup{axis}label")(header, fontsize=9)
     marked = "framed or starred: the healthy baseline" if plane.baseline is not None else ""
     figure.suptitle("; ".join(filter(None, (plane.said, marked))), fontsize=8, x=0.01, ha="left")

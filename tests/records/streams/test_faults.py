@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.records import Channel
-from hydrofdi.records.cutting import edges
+from hydrofdi.records.recording import edges
 from hydrofdi.records.streams import Chunk, EvenStream
 from tests.records.streams.plain import make_windower, windows_of
 

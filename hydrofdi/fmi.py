@@ -141,8 +141,8 @@ class Model:
         if self.interface is None:
             return "has neither co-simulation nor model exchange; export one of them"
         if self.platforms and fmpy.platform not in self.platforms:
-            found = ", ".join(self.platforms)
-            return f"has no binary for {fmpy.platform}, but for {found}; export it for this platform"
+            platforms = ", ".join(self.platforms)
+            return f"has no binary for {fmpy.platform}, but for {platforms}; export it for this platform"
         return "" if self.platforms else "contains no binary; compile or export it for this platform"
 
     @property
@@ -211,7 +211,7 @@ def _read(path: Path, digest: str) -> Model:
     units = {unit.name: unit.baseUnit for unit in source.unitDefinitions or ()}
     is_second = source.fmiVersion.startswith("2.")
     variables = {each.name: _variable(each, units, is_second=is_second) for each in source.modelVariables}
-    return Model(path, digest, source, variables, [each for each in platforms if each != "c-code"])
+    return Model(path, digest, source, variables, [name for name in platforms if name != "c-code"])
 
 
 def _variable(given: Any, units: Mapping[str, Any], *, is_second: bool) -> Variable:
@@ -399,11 +399,11 @@ class Instance:
     def getter(self, names: Sequence[str]) -> Callable[[], Sequence[float]]:
         """Function that returns the values of variables, in the order of the names."""
         variables = [self.model.variables[name] for name in names]
-        readers = {each.kind: getattr(self._fmu, f"get{each.kind}") for each in variables}
+        readers = {variable.kind: getattr(self._fmu, f"get{variable.kind}") for variable in variables}
         if len(readers) == 1:
-            ((_, read),), references = readers.items(), [each.reference for each in variables]
+            ((_, read),), references = readers.items(), [variable.reference for variable in variables]
             return lambda: read(references)
-        return lambda: [float(readers[each.kind]([each.reference])[0]) for each in variables]
+        return lambda: [float(readers[variable.kind]([variable.reference])[0]) for variable in variables]
 
     @property
     def step(self) -> Callable[[float, float], object]:
@@ -427,10 +427,8 @@ class Instance:
     def _free(self) -> None:
         fmu, self._fmu, self._solver = self._fmu, None, None
         if fmu is not None:
-            try:
+            with suppress(Exception):  # what cannot be freed is lost with the process
                 fmu.freeInstance()
-            except Exception:  # what cannot be freed is lost with the process
-                return
 
 
 class _Solver:

@@ -317,7 +317,8 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
         kind = "linspace" if "count" in roles else "steps"
         stated = {kind: [roles.pop("first"), roles.pop("last"), *roles.values()]}
     if len(stated) != 1 or not stated.keys() <= _GENERATORS.keys():
-        meant = "".join(similar(key, [*_ENDS, *_GENERATORS]) for key in stated if key not in _ENDS)
+        known = [*_ENDS, *_GENERATORS]
+        meant = "".join(similar(key, known) for key in stated if key not in known)
         source.report(path, f"{_AXIS}; found {brief(stated)}{meant}")
         return []
     ((kind, arguments),) = stated.items()

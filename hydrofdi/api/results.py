@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.runs import Runs
-from hydrofdi.config.shown_values import shown_in
+from hydrofdi.config.values import shown_in
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.arguments import path_of

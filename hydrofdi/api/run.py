@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import full_name, meant, parameter_names
-from hydrofdi.config.shown_values import ParameterAnswer, shown_in, shown_value
+from hydrofdi.config.values import ParameterAnswer, shown_in, shown_value
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution.single import compute_run, store_run
 from hydrofdi.records.data_sheet import StatedMachine

@@ -7,8 +7,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
+from hydrofdi.config.data_sheet import name_text, section_text, sheet_text
 from hydrofdi.config.loading import load_experiment
-from hydrofdi.config.sheet_file import name_text, section_text, sheet_text
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.files import ready_copy, ready_names, ready_summary

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, Unpack
 
 from hydrofdi.api.results import Results
 from hydrofdi.config.loading import Experiment, load_experiment
-from hydrofdi.config.shown_values import shown_in
+from hydrofdi.config.values import shown_in
 from hydrofdi.errors import ConfigError, SweepInterrupted
 from hydrofdi.execution.folders import (
     Explanation,

@@ -105,7 +105,7 @@ def simulate(config: Config = None, settings: Settings = None, figure: Figure = 
 
     If the file describes a sweep, only its nominal run is simulated.
     """
-    from hydrofdi.config.shown_values import shown_in
+    from hydrofdi.config.values import shown_in
 
     experiment = hydrofdi.load_experiment(config, settings or ())
     with shown_in(experiment.units):

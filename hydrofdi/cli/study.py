@@ -220,7 +220,7 @@ def report(
     A sweep: what was varied, against which baseline, and how each feature responds. A study of detection:
     which leak is found, with which sensors and which score. The study of a paper: its tables and claims.
     """
-    from hydrofdi.config.shown_values import shown_in
+    from hydrofdi.config.values import shown_in
 
     html = html or form == "html"
     directory, page = _places(places or [], html)

@@ -15,7 +15,7 @@ from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.plant import PARAMETERS, PlantConfig, declare, is_foreign, named_model, with_digest
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
-from hydrofdi.config.sweep import LAWS, argument_values
+from hydrofdi.config.values import LAWS, argument_values, require_law
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import Source, scalar
@@ -251,7 +251,7 @@ def distribution_in_si(source: Source, path: Path, name: str, stated: Any) -> An
         values = _arguments(source, path, name, _DISTRIBUTIONS[kind], arguments)
     with _reported(source, path):
         if values and kind in LAWS:
-            _require_kind(name, kind, values)
+            require_law(name, kind, values)
         return {kind: values} if values else nothing
     return nothing
 
@@ -275,23 +275,6 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
             validate_parameter(name, value)
         return arguments
     return []
-
-
-def _require_kind(name: str, kind: str, values: list[Any]) -> None:
-    """Check that the arguments of a law are of the parameter's kind, in the right order, and large enough."""
-    named = dict(zip(LAWS[kind].arguments, values, strict=True))
-    if isinstance(values[0], int) != (kind == "integers"):
-        other = "uniform" if kind == "integers" else "integers"
-        raise ValueError(f"does not fit {name}; draw it with {{{other}: [low, high]}}")
-    for role, least in (("deviation", 0.0), ("factor", 1.0)):
-        if not named.get(role, math.inf) > least:
-            raise ValueError(f"the {role} must be greater than {least:g}; found {named[role]:g}")
-    order = [role for role in ("low", "mode", "high") if role in named]
-    ends = [named[role] for role in order]
-    if ends and (ends != sorted(ends) or (ends[0] == ends[-1] and kind != "integers")):
-        raise ValueError(f"needs {' ≤ '.join(order)}")
-    if kind == "loguniform" and ends[0] <= 0.0:
-        raise ValueError("needs ends above zero")
 
 
 def axis_in_si(source: Source, path: Path, name: str, stated: Any) -> list[Any]:
@@ -334,7 +317,8 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
         kind = "linspace" if "count" in roles else "steps"
         stated = {kind: [roles.pop("first"), roles.pop("last"), *roles.values()]}
     if len(stated) != 1 or not stated.keys() <= _GENERATORS.keys():
-        meant = "".join(similar(key, [*_ENDS, *_GENERATORS]) for key in stated if key not in _ENDS)
+        known = [*_ENDS, *_GENERATORS]
+        meant = "".join(similar(key, known) for key in stated if key not in known)
         source.report(path, f"{_AXIS}; found {brief(stated)}{meant}")
         return []
     ((kind, arguments),) = stated.items()

@@ -11,7 +11,8 @@ from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.observation import TemperatureSensorConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
 from hydrofdi.config.study import study_values
-from hydrofdi.config.sweep import SweepConfig, argument_values
+from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.config.values import argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 from hydrofdi.settings.messages import counted, typeset
 

@@ -36,9 +36,9 @@ from hydrofdi.config.request import (
     section_text,
     sections_text,
 )
-from hydrofdi.config.shown_values import shown_values
 from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_points, study_table
 from hydrofdi.config.sweep import NOMINAL, Points, count_points, distinct_rows, multiplied, sweep_points
+from hydrofdi.config.values import shown_values
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, first_reason

@@ -17,15 +17,8 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, mo
 
 from hydrofdi.config.plant import is_foreign
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.sweep import (
-    Axes,
-    Distribution,
-    Points,
-    SweptValues,
-    argument_values,
-    drawn,
-    one_after_the_other,
-)
+from hydrofdi.config.sweep import Axes, Points, SweptValues, one_after_the_other
+from hydrofdi.config.values import Distribution, argument_values, drawn
 from hydrofdi.detectors.rules import ChartConfig, Rules, ScoreConfig
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population
 from hydrofdi.records import Channel

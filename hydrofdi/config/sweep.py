@@ -1,4 +1,4 @@
-"""The sweep block: conditions, axes, distributions and their quantiles, and the points that follow from them.
+"""The sweep block: conditions and axes, and the points that follow from them.
 
 A condition, such as ``friction.coulomb > 0 and fluid.bulk_modulus < '900 MPa'``, is Python; only the
 constructs that are listed here are computed.
@@ -16,22 +16,16 @@ from functools import lru_cache, reduce
 from itertools import pairwise
 from math import prod
 from types import CodeType
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from hydrofdi.config.request import (
-    full_name,
-    meant,
-    parameter_names,
-    parameter_quantity,
-    parameter_unit,
-    validate_parameter,
-)
+from hydrofdi.config.request import full_name, meant, parameter_names, parameter_unit
+from hydrofdi.config.values import Distribution, drawn
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.settings.messages import counted, first_reason
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.units import parse_quantity, parse_si
 
@@ -145,101 +139,6 @@ def distinct_rows(
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return first[order], rank[inverse]
-
-
-Quantiles = Callable[..., NDArray[Any]]
-
-
-def argument_values(stated: Any) -> list[Any]:
-    """The values of a parameter that are stated: one, those of an axis, or arguments of a distribution."""
-    if not isinstance(stated, Mapping):
-        return stated if isinstance(stated, list) else [stated]
-    ((kind, arguments),) = stated.items()
-    roles = LAWS[kind].arguments if kind in LAWS else ("value",) * len(arguments)
-    return [
-        value for role, value in zip(roles, arguments, strict=False) if role not in ("deviation", "factor")
-    ]
-
-
-def is_unbounded(distribution: dict[Any, list[Any]]) -> bool:
-    """Whether a distribution has an unbounded tail."""
-    return any(kind in ("normal", "lognormal") for kind in distribution)
-
-
-def quantiles(distribution: dict[Any, list[Any]], unit: NDArray[np.float64]) -> list[Any]:
-    """Values of a distribution at probabilities, shape (n_point,)."""
-    ((kind, arguments),) = distribution.items()
-    if kind == "choice":
-        positions = np.minimum((unit * len(arguments)).astype(int), len(arguments) - 1)
-        return [arguments[position] for position in positions]
-    inside = np.clip(unit, 2.0**-53, 1.0 - 2.0**-53)
-    return LAWS[kind].quantiles(inside if is_unbounded(distribution) else unit, *arguments).tolist()  # type: ignore[no-any-return]
-
-
-def _normal(unit: NDArray[np.float64], mean: float, deviation: float) -> NDArray[np.float64]:
-    from scipy.special import ndtri
-
-    values: NDArray[np.float64] = mean + deviation * ndtri(unit)
-    return values
-
-
-def _truncated_normal(
-    unit: NDArray[np.float64], mean: float, deviation: float, low: float, high: float
-) -> NDArray[np.float64]:
-    from scipy.stats import truncnorm
-
-    limits = (low - mean) / deviation, (high - mean) / deviation
-    return np.clip(truncnorm.ppf(unit, *limits, loc=mean, scale=deviation), low, high)
-
-
-def _triangular(unit: NDArray[np.float64], low: float, mode: float, high: float) -> NDArray[np.float64]:
-    from scipy.stats import triang
-
-    width = high - low
-    return np.clip(triang.ppf(unit, (mode - low) / width, loc=low, scale=width), low, high)
-
-
-class Law(NamedTuple):
-    """A distribution; its arguments are values of the parameter, except a deviation and a factor."""
-
-    arguments: tuple[str, ...]
-    shown: str
-    quantiles: Quantiles
-
-
-LAWS = {
-    "uniform": Law(("low", "high"), "{} … {} {unit}", lambda unit, low, high: low + (high - low) * unit),
-    "loguniform": Law(
-        ("low", "high"), "{} … {} {unit} (logarithmic)", lambda unit, low, high: low * (high / low) ** unit
-    ),
-    "normal": Law(("mean", "deviation"), "{} ± {} {unit} (normal)", _normal),
-    "truncated_normal": Law(
-        ("mean", "deviation", "low", "high"),
-        "{} ± {} {unit} (normal), from {} to {} {unit}",
-        _truncated_normal,
-    ),
-    "lognormal": Law(
-        ("median", "factor"),
-        "{} {unit}, factor {} (lognormal)",
-        lambda unit, median, factor: median * np.exp(_normal(unit, 0.0, math.log(factor))),
-    ),
-    "triangular": Law(("low", "mode", "high"), "{} … {} … {} {unit} (triangular)", _triangular),
-    "integers": Law(
-        ("low", "high"),
-        "{} … {} {unit}",
-        lambda unit, low, high: low + np.minimum((unit * (high - low + 1)).astype(np.int64), high - low),
-    ),
-}
-
-
-Kind = Literal[
-    "uniform", "loguniform", "normal", "truncated_normal", "lognormal", "triangular", "integers", "choice"
-]
-
-_ARGUMENTS = {"anyOf": [{"type": "array", "items": {}}, {"type": "string", "pattern": "^\\s*(±|\\+/-|\\+-)"}]}
-
-Distribution = dict[Kind, Annotated[list[Any], WithJsonSchema(_ARGUMENTS)]]
-"""Name of a distribution → its arguments, in SI."""
 
 
 class SampleConfig(Section):
@@ -495,20 +394,3 @@ def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any], path: 
     except (TypeError, ValueError, OverflowError) as error:
         raise ConfigError([Issue(f"condition {text!r}: {error}", path)]) from None
     return points.at(np.flatnonzero(np.array(holds, dtype=bool)[inverse]))
-
-
-def drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> list[Any]:
-    """Values of a parameter at probabilities."""
-    values = quantiles(distribution, unit)
-    is_quantity = parameter_quantity(name) is not None and "choice" not in distribution
-    ends = (min(values), max(values)) if is_quantity else values  # valid quantities form an interval
-    for value in ends:
-        try:
-            validate_parameter(name, value)
-        except ValidationError as error:
-            remedy = "; truncated_normal: [mean, deviation, low, high] stays within limits"
-            reason = f"draws an invalid value: {first_reason(error)}"
-            raise ConfigError(
-                [Issue(reason + (remedy if is_unbounded(distribution) else ""), path)]
-            ) from None
-    return values

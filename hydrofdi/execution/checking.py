@@ -17,8 +17,8 @@ from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
 from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
-from hydrofdi.config.shown_values import ParameterAnswer, modulus_column, shown_in, shown_values
 from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.config.values import ParameterAnswer, modulus_column, shown_in, shown_values
 from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share

@@ -14,7 +14,7 @@ from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.drive import is_whole
 from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_values
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
-from hydrofdi.config.shown_values import shown_parameter, shown_value
+from hydrofdi.config.values import shown_parameter, shown_value
 from hydrofdi.detectors.charts import time_needed
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import RecursiveIndicator

@@ -14,8 +14,8 @@ import numpy as np
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.runs import NO_RUN, record_identity
-from hydrofdi.config.shown_values import ParameterAnswer, shown_options
 from hydrofdi.config.study import StudyTable
+from hydrofdi.config.values import ParameterAnswer, shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.execution.plan import SweepPlan, plan_sweep
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines

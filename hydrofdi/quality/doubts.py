@@ -18,7 +18,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.drive import is_whole
 from hydrofdi.config.experiment import Analysis
 from hydrofdi.config.request import parameter_names, parameter_quantity
-from hydrofdi.config.shown_values import shown_value
+from hydrofdi.config.values import shown_value
 from hydrofdi.transforms import WaveletConfig, n_phase, root_mean_square
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.shown_values import shown_values
+from hydrofdi.config.values import shown_values
 from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.report import runs
 from hydrofdi.report.document import (

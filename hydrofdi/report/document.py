@@ -14,7 +14,7 @@ import numpy as np
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.drive import without_contents
 from hydrofdi.config.request import OWN_PLANT, parameter_names
-from hydrofdi.config.shown_values import shown_value
+from hydrofdi.config.values import shown_value
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import parameter_names, parameter_unit
-from hydrofdi.config.shown_values import shown_modulus, shown_parameter
 from hydrofdi.config.sweep import count_points
+from hydrofdi.config.values import shown_modulus, shown_parameter
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import MeasuredIndicator

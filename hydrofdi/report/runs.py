@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.shown_values import modulus_column, shown_modulus, shown_parameter
+from hydrofdi.config.values import modulus_column, shown_modulus, shown_parameter
 from hydrofdi.settings.messages import HOLE
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData

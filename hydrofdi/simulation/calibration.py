@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters, RunSpec
-from hydrofdi.config.shown_values import shown_values, varied_parameters
+from hydrofdi.config.values import shown_values, varied_parameters
 from hydrofdi.engine import Engine, TaskFailure, halves, run_halving
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION

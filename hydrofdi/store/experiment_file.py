@@ -288,15 +288,3 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
                 f" (it reads {names.FORMAT_VERSION}); sweep again into another folder"
             )
         yield file
-
-
-def read_unfinished(
-    path: Path,
-    experiment: ExperimentConfig,
-    table: RunTable,
-    results: ShardResults,
-    versions: Mapping[str, str],
-) -> ExperimentData:
-    """Read an experiment from its shards; runs without a result contain the reason."""
-    columns = {variable.name: values for variable, values in columns_of(results, table).items()}
-    return ExperimentData(path, experiment, columns, dict(versions), results)

@@ -271,31 +271,21 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
         )
 
 
-def request_record(directory: Path) -> dict[str, Any]:
-    """The latest request as written, in SI; empty if there is none."""
-    record = _whole_request(directory)
-    record.pop(_IDENTITY, None)
-    return record
-
-
-def stored_identity(directory: Path) -> str:
-    """`IndicatorChoice.identity` of the latest request if it has plug-ins, else empty."""
-    return str(_whole_request(directory).get(_IDENTITY, ""))
-
-
-def _whole_request(directory: Path) -> dict[str, Any]:
+def request_record(directory: Path) -> tuple[dict[str, Any], str]:
+    """The latest request as written, in SI, and `IndicatorChoice.identity` if it has plug-ins; else empty."""
     path = directory / REQUEST_FILE
     try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
+        record = dict(json.loads(path.read_text(encoding="utf-8")))
+        return record, str(record.pop(_IDENTITY, ""))
     except FileNotFoundError:
-        return {}
+        return {}, ""
     except (OSError, ValueError, TypeError) as error:
         raise StoreError(f"{path}: cannot be read: {reason(error)}") from None
 
 
 def read_request(directory: Path) -> ExperimentConfig:
     """The resolved configuration of the latest sweep on a folder."""
-    record = request_record(directory)
+    record, _ = request_record(directory)
     if not record:
         raise StoreError(f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})")
     return stored_experiment(json.dumps(record), str(directory / REQUEST_FILE))

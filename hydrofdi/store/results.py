@@ -18,8 +18,8 @@ from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.experiment_file import read_experiment, read_unfinished
-from hydrofdi.store.folder import REQUEST_FILE, read_failures, read_request, request_record, stored_identity
+from hydrofdi.store.experiment_file import columns_of, read_experiment
+from hydrofdi.store.folder import REQUEST_FILE, read_failures, read_request, request_record
 from hydrofdi.store.names import RUN_ID
 from hydrofdi.store.shards import ShardIndex, ShardResults, read_index
 from hydrofdi.version import __version__
@@ -116,7 +116,7 @@ def _read_same(file: Path, directory: Path) -> ExperimentData | None:
         data = read_experiment(file)
     except StoreError:
         return None
-    return data if data.configuration == request_record(directory) else None
+    return data if data.configuration == request_record(directory)[0] else None
 
 
 def stored_run_ids(directory: Path, experiment: ExperimentConfig) -> tuple[str, ...] | None:
@@ -131,25 +131,27 @@ def stored_run_ids(directory: Path, experiment: ExperimentConfig) -> tuple[str, 
 def _stored_table(experiment: ExperimentConfig, directory: Path) -> RunTable:
     """The runs of a stored experiment, whose plug-ins are not needed."""
     table = expand_runs(experiment)
-    choice = replace(table.runs.choice, stored_identity=stored_identity(directory))
+    choice = replace(table.runs.choice, stored_identity=request_record(directory)[1])
     return replace(table, runs=replace(table.runs, choice=choice))
 
 
 def _read_shards(
     experiment: ExperimentConfig, file: Path, index: ShardIndex, physics_version: int
 ) -> ExperimentData:
-    """The runs of an experiment as far as their shards go, each found by its identity."""
+    """The runs of an experiment as far as their shards go; those without a result contain the reason."""
     table = _stored_table(experiment, file.parent)
     run_ids = run_identities(table.runs, physics_version)
     results = ShardResults(run_ids, index, read_failures(file.parent))
-    data = read_unfinished(file, experiment, table, results, library_versions())
-    data = replace(data, physics_version=physics_version)
+    columns = {variable.name: values for variable, values in columns_of(results, table).items()}
+    data = ExperimentData(
+        file, experiment, columns, library_versions(), results, physics_version=physics_version
+    )
     if index.runs and index.runs.keys().isdisjoint(run_ids):
         remark = (
             f"None of the {counted(len(index.runs), 'stored run')} is one of this experiment: the request or "
             f"a default has changed since then; 'hydrofdi sweep' computes the current request."
         )
-        data = replace(data, remarks=(*data.remarks, remark))
+        data = replace(data, remarks=(remark,))
     return data
 
 

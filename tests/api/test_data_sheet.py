@@ -9,10 +9,9 @@ import pytest
 
 import hydrofdi
 from hydrofdi.config import load_experiment
-from hydrofdi.config.data_sheet import CylinderSheet
+from hydrofdi.config.data_sheet import CylinderSheet, sheet_text
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
-from hydrofdi.config.sheet_file import sheet_text
-from hydrofdi.config.sweep import quantiles
+from hydrofdi.config.values import quantiles
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.hydraulic_mode import steady_speed
 from hydrofdi.records.data_sheet import StatedMachine

@@ -7,7 +7,7 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.config.experiment import ExperimentConfig
-from hydrofdi.config.sweep import quantiles
+from hydrofdi.config.values import quantiles
 from hydrofdi.indicators.nominal_actuator import _SUPPLY
 from hydrofdi.indicators.registry import sound_indicator
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.shown_values import shown_value, shown_values
+from hydrofdi.config.values import shown_value, shown_values
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.papers.maddahi2015.claims import (
     ABSENT,

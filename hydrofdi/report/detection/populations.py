@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.shown_values import shown_value, shown_values
 from hydrofdi.config.study import StudyConfig
+from hydrofdi.config.values import shown_value, shown_values
 from hydrofdi.evaluation.pod import EquivalentFault, Spread
 from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
 from hydrofdi.records import Channel

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from hydrofdi.config.shown_values import shown_value
+from hydrofdi.config.values import shown_value
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
 from hydrofdi.report.detection.populations import nuisance_records

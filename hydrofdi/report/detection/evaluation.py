@@ -8,16 +8,12 @@ from typing import Any
 
 from hydrofdi.evaluation.scores import Kind, comparable
 from hydrofdi.report.detection.answer import remarks_with_counts
-from hydrofdi.report.detection.record import (
-    conclusion,
-    detection_records,
-    labelled_table,
-    pairs_table,
-    study_record,
-)
+from hydrofdi.report.detection.record import detection_lines, detection_records, study_record
+from hydrofdi.report.detection.wording import FROM_LEVELS, severity_unit
+from hydrofdi.settings.messages import HOLE, counted, number_text, percentage
 from hydrofdi.studies.healthy import Left
-from hydrofdi.studies.records import Detection
-from hydrofdi.tables.table import Table
+from hydrofdi.studies.records import LEAST_OF_GROUP, Detection
+from hydrofdi.tables.table import Column, Table, group_breaks
 
 
 @dataclass(frozen=True, eq=False, repr=False)

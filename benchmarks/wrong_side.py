@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 import hydrofdi
-from hydrofdi.api.sources import Said, open_records
+from hydrofdi.api.sources import Described, open_records
 from hydrofdi.records import Array, Channel
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -85,7 +85,7 @@ def novel(detector: hydrofdi.Detector, others: Path) -> list[int]:
 
 def called_healthy(detector: hydrofdi.Detector, leaking: Path) -> list[str]:
     """How many leaking machines are called healthy with each mistake."""
-    (source,) = open_records(leaking, frozenset({P1, P2, X, U}), Said(None, None, None, None, None))
+    (source,) = open_records(leaking, frozenset({P1, P2, X, U}), Described())
     batches = [
         batch.rows([row for row, label in enumerate(batch.labels) if label.startswith(LEAK)])
         for batch in source.batches(labels=True)

@@ -19,7 +19,6 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.compilation.object_code import own_cache
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.quantities import SI
 from hydrofdi.units import BASE_UNITS, SYMBOLS, parse_unit, zero_of
@@ -298,6 +297,8 @@ def instance_of(path: Path, digest: str) -> Instance:
 def _unpacked(model: Model) -> str:
     """Folder with the contents of an FMU; unpacked once for this user."""
     import fmpy
+
+    from hydrofdi.compilation.object_code import own_cache
 
     cache = own_cache("fmus")
     folder = None if cache is None else cache / model.digest

@@ -30,8 +30,8 @@ from hydrofdi.indicators.catalogue.transients import alternating_side
 from hydrofdi.indicators.contract import Indicator, Output, RecursiveIndicator, RecursiveOptions
 from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, windows_before
+from hydrofdi.indicators.estimation.valve_use import count_windows, mark_unclear
 from hydrofdi.indicators.estimation.whole_record import mean_flows
-from hydrofdi.indicators.nominal_actuator import count_windows, mark_unclear
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.data_sheet import PlantConstant
 from hydrofdi.settings.quantities import SI

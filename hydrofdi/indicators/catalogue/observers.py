@@ -15,8 +15,9 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output, RecursiveIndicator, RecursiveOptions, Trace
 from hydrofdi.indicators.estimation.chamber_balance import valve_signals
+from hydrofdi.indicators.estimation.valve_use import mark_unclear
 from hydrofdi.indicators.faults import FLUID
-from hydrofdi.indicators.nominal_actuator import NominalActuator, mark_unclear
+from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.physics import Quantity, equation, signed_root
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
 from hydrofdi.records import Array, Channel, RecordBatch

@@ -210,7 +210,7 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
                 return f"{brief(value)} is unknown{nearest(str(value), choices)}"
             return f"must be {context['expected']}; found {brief(value)}{similar(value, choices)}"
         case "value_error":
-            message = str(context["error"])
+            message = str(context["error"]).replace(K_I_UNIT, "m³/s/√Pa; a flow is leakage.internal_flow")
             return f"{message}; found {brief(value)}" if message.startswith("expected") else message
     return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {brief(value)}"
 

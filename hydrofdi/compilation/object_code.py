@@ -320,9 +320,3 @@ def _write(path: Path, code: bytes) -> None:
         part.touch(mode=0o600)
         part.write_bytes(_digest(code) + code)
         os.replace(part, path)
-
-
-def room_of(function: Callable[..., object]) -> str:
-    """Package of hydrofdi whose sources a function uses; ``simulation`` for functions from elsewhere."""
-    parts = function.__module__.split(".")
-    return parts[1] if parts[0] == "hydrofdi" and len(parts) > 1 else "simulation"

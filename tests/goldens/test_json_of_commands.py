@@ -123,5 +123,6 @@ def test_the_page_of_json_names_every_key(name):
     golden = json.loads((HERE / f"{name}.json").read_text(encoding="utf-8"))
     lines = golden if isinstance(golden, list) else [golden, *golden.get("windows", [])]
     lines += [golden["summary"]] if name == "detect" else []
-    page = (HERE.parents[1] / "docs/json.md").read_text(encoding="utf-8")
+    pages = (HERE.parents[1] / "docs" / page for page in ("json.md", "monitoring-states.md"))
+    page = "".join(page.read_text(encoding="utf-8") for page in pages)
     assert {key for line in lines for key in line} - {*re.findall(r"`(\w+)(?:\[\d+\])?`", page)} == set()

@@ -54,7 +54,7 @@ class Evaluation(EvaluationAnswer):
         Parameters
         ----------
         figure : str
-            ``densities``, ``roc``; with known leaks also ``answer``, ``ranking``, ``pod``.
+            ``densities``, ``roc``, ``false_alarms``; with known leaks also ``answer``, ``ranking``, ``pod``.
 
         Raises
         ------

@@ -202,7 +202,8 @@ def report(
             metavar="NAME",
             help="Draw this figure to --out FILE (.png, .svg, .pdf), or to NAME.svg. Any sweep: responses,"
             " sensitivity (heat maps over two parameters). A study of detection: answer, ranking, pod, roc,"
-            " densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4, phases.",
+            " false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
+            " phases.",
         ),
     ] = None,
     check: Annotated[

@@ -243,9 +243,8 @@ def false_alarms_block(detection: Detection) -> Block | None:
         f" text *): significantly more alarms than the threshold allows ({100.0 * rules.confidence:g} %"
         " confidence). A score without false alarms in a shift is of use only where it finds leaks as well."
     )
-    return (
-        Block("false-alarms", "False alarms", (sentence,), tuple(tables), ("densities",)) if tables else None
-    )
+    figures = ("false_alarms", "densities")
+    return Block("false-alarms", "False alarms", (sentence,), tuple(tables), figures) if tables else None
 
 
 def _names(shown: Sequence[Judgement]) -> Column:

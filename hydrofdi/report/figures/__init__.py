@@ -127,6 +127,8 @@ def log_axis(axis: Any) -> None:
 
 _TICKS = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
+_PERCENT = (0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)
+
 
 def logit_axis(axis: Any, least: float) -> None:
     """Show percent on an axis of log-odds, from `least` to 1 - `least`."""
@@ -134,6 +136,19 @@ def logit_axis(axis: Any, least: float) -> None:
     axis.axes.set(**{f"{axis.axis_name}scale": "logit", f"{axis.axis_name}lim": (least, 1.0 - least)})
     axis.set_ticks(ticks, [f"{100.0 * tick:g}" for tick in ticks])
     axis.set_minor_locator(NullLocator())
+
+
+def root_percent_axis(axes: Any, highest: float) -> None:
+    """A horizontal axis of percent, whose scale is the square root, so that small rates can be read."""
+    end = min(1.15 * highest, 100.0)
+    ticks = [0.0]
+    for tick in _PERCENT:
+        if tick <= end and np.sqrt(tick) - np.sqrt(ticks[-1]) > 0.1 * np.sqrt(end):
+            ticks.append(tick)
+    axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0.0)), np.square))
+    axes.set_xlim(0.0, end)
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
 
 
 def panels(

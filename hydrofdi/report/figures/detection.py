@@ -1,4 +1,4 @@
-"""Panels of scores and severities: values in each population, ROC curves, probability of detection."""
+"""Panels of scores and severities: values in each population, false alarms, ROC, probability of detection."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from hydrofdi.report.detection.wording import (
     level_of,
     sensors,
     severity_unit,
+    tested,
 )
 from hydrofdi.report.figures import (
     BLUE,
@@ -27,11 +28,14 @@ from hydrofdi.report.figures import (
     LINES,
     MARKERS,
     ORANGE,
+    PAPER,
     PINK,
     legend_outside,
     log_axis,
     logit_axis,
     panels,
+    root_percent_axis,
+    row_axis,
 )
 from hydrofdi.settings.messages import readable_unit, typeset
 from hydrofdi.studies.judging import reference_of
@@ -158,6 +162,43 @@ def _edges(healthy: Array, scores: Array) -> Array:
 def _label(population: Population) -> str:
     is_named = not population.is_fit or "fit" in population.name
     return population.name if is_named else f"{population.name} (fit)"
+
+
+def draw_false_alarms(detection: Detection) -> Any:
+    """Rates of healthy test records, shifts and confusions, a panel for each of the foremost scores.
+
+    Raises
+    ------
+    ReportError
+        There are no such records, or no score has a threshold.
+    """
+    shown = with_threshold(detection, _MOST)
+    populations = tested(detection, Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
+    if not populations:
+        raise ReportError("no record with a healthy seal is tested")
+    marks = sensor_marks(detection, shown)
+    height = 0.8 + 0.24 * len(populations)
+    figure, axes = score_panels(shown, height, sharex=True, x="records that raise an alarm [%]")
+    rates = [rate for each in shown for one, rate in each.false_alarms.items() if one in populations]
+    highest = max([2.0 * detection.rules.false_alarm_rate, *(rate.high for rate in rates if rate.total)])
+    for axis, judgement in zip(axes, shown, strict=True):
+        root_percent_axis(axis, 100.0 * highest)
+        for row, population in enumerate(populations):
+            _draw_rate(axis, row, judgement, population, marks[sensors(judgement)])
+        axis.axvline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.9)
+    row_axis(axes[0], [population.name for population in populations])
+    return figure
+
+
+def _draw_rate(
+    axis: Any, row: int, judgement: Judgement, population: Population, mark: dict[str, Any]
+) -> None:
+    rate = judgement.false_alarms.get(population)
+    if rate is None or not rate.total:
+        return
+    face = {"markerfacecolor": PAPER} if population in judgement.counted else {}
+    axis.plot([100.0 * rate.low, 100.0 * rate.high], [row, row], color=mark["color"], linewidth=1.2)
+    axis.plot(100.0 * rate.value, row, **mark, **face, markersize=5, linestyle="none", clip_on=False)
 
 
 _LEAST = 0.001

@@ -29,7 +29,13 @@ from hydrofdi.report.figures import (
     row_axis,
     series,
 )
-from hydrofdi.report.figures.detection import draw_densities, draw_pod, draw_roc, sensor_marks
+from hydrofdi.report.figures.detection import (
+    draw_densities,
+    draw_false_alarms,
+    draw_pod,
+    draw_roc,
+    sensor_marks,
+)
 from hydrofdi.studies.records import ChartJudgement, Detection, Judgement
 from hydrofdi.units import convert
 
@@ -247,6 +253,10 @@ _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
         " vertical: q90/95 at {share}; dotted: the false-alarm rate of the threshold",
     ),
     "roc": (draw_roc, "Detections against false alarms over all thresholds; dots: the threshold in use"),
+    "false_alarms": (
+        draw_false_alarms,
+        "Alarms of records whose seal is sound, with {confidence} intervals; open: too few records",
+    ),
     "densities": (draw_densities, "Scores of each population; vertical lines: thresholds"),
     "answer": (draw_answer, "The smallest {quantity} that is found with each set of sensors"),
     "delays": (

@@ -13,7 +13,7 @@ from hydrofdi.report.page import write_page
 from hydrofdi.studies.detecting import detect
 from tests.report.detection.made_up import judged, made_up_records, made_up_score, report_of
 
-FIGURES = {"ranking", "pod", "roc", "densities"}
+FIGURES = {"ranking", "pod", "roc", "false_alarms", "densities"}
 
 
 def texts(figure):
@@ -38,6 +38,14 @@ def test_densities_of_flows_are_drawn_in_litres_per_minute():
     assert axis.get_xlabel() == "score [L/min]"
     threshold = 6e4 * detection.judgements[0].threshold.high
     assert any(line.get_xdata()[0] == pytest.approx(threshold) for line in axis.lines)
+
+
+def test_the_figure_of_false_alarms_shows_rates_and_intervals(detection):
+    axis = draw_figure(report_of(detection), "false_alarms").axes[0]
+    rates = detection.judgements[0].false_alarms.values()
+    drawn = {round(float(x), 6) for line in axis.lines for x in line.get_xdata()}
+    for rate in rates:
+        assert {round(100.0 * end, 6) for end in (rate.low, rate.value, rate.high)} <= drawn
 
 
 def one_score(records):

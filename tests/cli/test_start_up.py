@@ -14,12 +14,11 @@ from tests.commands import COMMAND, run_hydrofdi
 LOADING = """
 import sys
 from hydrofdi.cli.app import main
-INNER = ("hydrofdi.papers.", "hydrofdi.execution.")
-TABLE = {f"hydrofdi.report{name}" for name in ("", ".table", ".answer")}
+INNER = ("hydrofdi.papers.", "hydrofdi.execution.", "hydrofdi.simulation.")
 try:
     main()
 except SystemExit as end:
-    names = {name.removeprefix("hydrofdi.").split(".")[0] for name in sys.modules if name not in TABLE}
+    names = {name.removeprefix("hydrofdi.").split(".")[0] for name in sys.modules}
     commands = {name.split(".")[-1] for name in sys.modules if name.startswith("hydrofdi.cli.")}
     inner = {name.removeprefix("hydrofdi.") for name in sys.modules if name.startswith(INNER)}
     sys.stderr.write(f"{end.code} {' '.join(names | inner | {f'cli.{name}' for name in commands})}\\n")
@@ -40,7 +39,7 @@ def _loaded(folder, *arguments):
 
 STUDIES = {"studies", "monitor", "cli.live", "cli.sweep"}
 SAYING = {"report", "papers", "rich"}
-RUNNING = {"execution.compute", "sensing", "compilation"}
+RUNNING = {"execution.compute", "simulation.sensing", "compilation"}
 
 
 @pytest.mark.parametrize(

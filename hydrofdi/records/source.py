@@ -16,7 +16,7 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
-from hydrofdi.records.columns import RejectionError, Table
+from hydrofdi.records.columns import FileColumns, RejectionError
 from hydrofdi.records.data_sheet import usual_sheet_lines
 from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.description import (
@@ -246,7 +246,7 @@ def _require_consistent(config: MeasuredConfig, source: Source) -> None:
 
 
 @dataclass(frozen=True)
-class MemoryTable(Table):
+class MemoryTable(FileColumns):
     """Columns of one or more records in memory, each of shape (n_time,) or (n_record, n_time).
 
     A unit is empty if it is not stated, and None if there is no place to state it. `time` is the position of

@@ -14,9 +14,9 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import Array
 from hydrofdi.records.columns import (
+    FileColumns,
     ReadColumn,
     RejectionError,
-    Table,
     Titled,
     column_at,
     factor_to_si,
@@ -228,7 +228,7 @@ _TOLERANCE = 0.01
 """Share by which a stated sampling frequency may differ from a column of time."""
 
 
-def contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
+def contradicting_times(table: FileColumns, frequency: float) -> tuple[Issue, ...]:
     """A remark if median and mean step of a time column contradict the stated sampling frequency."""
     for position in (n for n in titles_of_time(table) if known_unit(table.unit(n))):
         title = table.titles[position]
@@ -256,7 +256,7 @@ _JOINED = 0.1
 """Share by which the median step differs from the mean if stamps of other rasters lie between."""
 
 
-def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tuple[float, list[Issue]]:
+def sampling_of_times(times: Array, config: MeasuredConfig, table: FileColumns) -> tuple[float, list[Issue]]:
     """The sampling frequency of the instants of a table [Hz], and remarks on gaps and uneven steps."""
     steps = np.diff(times)
     if n_missing := np.count_nonzero(~np.isfinite(times)):

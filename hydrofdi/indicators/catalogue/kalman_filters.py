@@ -17,7 +17,7 @@ from hydrofdi.indicators.estimation import ukf
 from hydrofdi.indicators.estimation.plant import STATES, Tuning
 from hydrofdi.indicators.kalman_filter import (
     LITRE_PER_MINUTE,
-    Estimates,
+    FilterEstimates,
     KalmanFilter,
     KalmanOptions,
     Parameter,
@@ -81,7 +81,7 @@ class EkfJoint(KalmanFilter[JointOptions]):
             ),
         )
 
-    def read(self, estimates: Estimates) -> Mapping[str, Array]:
+    def read(self, estimates: FilterEstimates) -> Mapping[str, Array]:
         """Estimates in SI, each (n_record, n_instant)."""
         mean = {name: estimates.means[:, :, index] for index, name in enumerate(STATES)}
         error = {name: np.sqrt(estimates.variances[:, :, index]) for index, name in enumerate(STATES)}
@@ -214,7 +214,7 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
             Output("residual", "Pa", "root mean square innovation of the pressures", direction=rising),
         )
 
-    def read(self, estimates: Estimates) -> Mapping[str, Array]:
+    def read(self, estimates: FilterEstimates) -> Mapping[str, Array]:
         """Values in SI; an interval without information about a leak has an infinite error.
 
         ``error_of_model`` is the standard deviation under the assumption of the nominal plant.

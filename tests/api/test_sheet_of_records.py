@@ -19,16 +19,14 @@ from tests.single_rod import RATE, STROKE, data_sheet, recorded
 RATIO = 0.7
 
 
-def constants():
-    """Each option of an indicator or a description that is marked as a constant of the plant."""
-    for kind in (MachineSheet, *(indicator_kind(name).Options for name in indicator_names())):
-        for name, info in kind.model_fields.items():
-            if any(isinstance(mark, PlantConstant) for mark in info.metadata):
-                yield name, info
-
-
 def test_every_constant_of_the_plant_is_a_parameter_in_the_same_unit_with_the_same_default():
-    found = list(constants())
+    kinds = MachineSheet, *(indicator_kind(name).Options for name in indicator_names())
+    found = [
+        (name, info)
+        for kind in kinds
+        for name, info in kind.model_fields.items()
+        if any(isinstance(mark, PlantConstant) for mark in info.metadata)
+    ]
     assert len({name for name, _ in found}) >= 19
     for name, info in found:
         parameter = PLANT_PARAMETERS[name]
@@ -138,14 +136,6 @@ def test_a_record_of_which_nothing_is_known_is_not_ok(machine):
     table = hydrofdi.measure("small.yaml", "flow_balance")
     assert list(table["status"]) == ["not_measured"]
     assert "chamber 1" in table["reasons"][0] or "chamber 2" in table["reasons"][0]
-
-
-def test_few_records_stand_beside_each_other_with_the_answer_first(machine):
-    lines = run("measure", "healthy.yaml", "leaking.yaml", "--indicators", "flow_balance").stdout.splitlines()
-    assert lines[0].split() == ["number", "healthy.csv", "leaking.csv"]
-    named = [line.split()[0] for line in lines if line.startswith("flow_balance.")]
-    assert named[0] == "flow_balance.leakage"
-    assert not any(name.endswith("_error") for name in named)
 
 
 def test_records_of_two_machines_are_not_measured_together(machine):

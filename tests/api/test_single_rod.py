@@ -73,108 +73,68 @@ def trained(signals, indicator, options, **more):
     return hydrofdi.train(signals, {indicator: options}, **given)
 
 
-def test_an_impossible_estimate_is_a_remark_and_a_warning_of_training(records):
+def share_told(table):
+    return np.mean(
+        [bool(doubt) or fault == "novel" for doubt, fault in zip(table["doubt"], table["fault"], strict=True)]
+    )
+
+
+def test_a_model_that_does_not_explain_a_machine_is_told_unless_the_detector_was_trained_on_it(records):
     found = measured(records, ONE_AREA)
     assert found["status"][0] == "doubtful"
     assert any("doubtful" in remark for remark in found.remarks)
-    accepted = trained(records, "flow_balance", ONE_AREA)
-    assert "Warning" in accepted.summary
-    assert None not in list(accepted.judge(records, sampling_frequency=RATE)["alarm"])
-
-
-def told(table):
-    return zip(table["doubt"], table["fault"], strict=True)
-
-
-def test_a_model_that_does_not_explain_a_machine_is_a_doubt_or_novel_unless_it_was_trained_on_it(records):
-    wrong = moved(records, 0.12)
-    judged = [
-        trained(healthy, "weak_rls", RIGHT, accept=True).judge(wrong, sampling_frequency=RATE)
-        for healthy in (records, wrong)
-    ]
-    of_another, own = (
-        np.mean([bool(doubt) or fault == "novel" for doubt, fault in told(each)]) for each in judged
-    )
-    assert of_another > 0.5
-    assert own == 0.0
-
-
-def test_training_says_that_a_data_sheet_does_not_fit_the_healthy_records(records):
-    def fits(healthy):
-        return "data sheet does not fit" not in trained(healthy, "weak_rls", RIGHT, accept=True).summary
-
-    assert fits(records)
-    assert not fits(moved(records, 0.12))
+    assert "Warning" in trained(records, "flow_balance", ONE_AREA).summary
+    wrong, fits, told = moved(records, 0.12), [], []
+    for healthy in (records, wrong):
+        detector = trained(healthy, "weak_rls", RIGHT, accept=True)
+        fits.append("data sheet does not fit" not in detector.summary)
+        told.append(share_told(detector.judge(wrong, sampling_frequency=RATE)))
+    assert fits == [True, False]
+    assert told[0] > 0.5
+    assert told[1] == 0.0
 
 
 P1, P2, X, U = "chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage"
-INDICATOR = {"flow_balance": {"spool": "command", "supply": "sum"}}
-RATE_SIGNS = "500 Hz"
+SIGNS = {"indicator": {"flow_balance": {"spool": "command", "supply": "sum"}}, "sampling_frequency": "500 Hz"}
 
 
-def machine(seed, duration="64 s", leak="0 L/min"):
+def machine(seed, duration, leak="0 L/min"):
     run = hydrofdi.simulate(
         "motions/closed-loop", duration=duration, input={"seed": seed}, load={"seed": seed},
         pressure_1_sensor={"noise": "20 kPa"}, pressure_2_sensor={"noise": "20 kPa"}, internal_flow=leak,
     )  # fmt: skip
-    signals = run.to_xarray()
-    return {name: np.array(signals[name]) for name in (P1, P2, X, U)}
+    return {name: run[name] for name in (P1, P2, X, U)}
 
 
-def reversed_position(of):
-    return of | {X: -of[X]}
+def mistaken(of):
+    """The same with a reversed position, and with swapped pressures."""
+    return of | {X: -of[X]}, of | {P1: of[P2], P2: of[P1]}
 
 
-def swapped_pressures(of):
-    return of | {P1: of[P2], P2: of[P1]}
-
-
-@pytest.fixture(scope="module")
-def healthy():
-    return machine(1)
-
-
-@pytest.fixture(scope="module")
-def leaking():
-    return machine(9, "16 s", "0.5 L/min")
-
-
-def trained_signs(signals, **more):
-    return hydrofdi.train(
-        signals, INDICATOR, window="2 s", false_alarm_rate="5 %", sampling_frequency=RATE_SIGNS, **more
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("mistaken", [reversed_position, swapped_pressures])
-def test_a_detector_is_not_trained_on_records_that_no_actuator_gives(healthy, mistaken):
-    table = hydrofdi.measure(mistaken(healthy), INDICATOR, sampling_frequency=RATE_SIGNS)
-    assert any("bulk_modulus" in remark for remark in table.remarks)
-    assert list(table["status"]) == ["doubtful"]
-    assert np.isfinite(table["flow_balance.bulk_modulus"]).all()
-    with pytest.raises(DataError):
-        trained_signs(mistaken(healthy))
-    assert "Warning: flow_balance.bulk_modulus" in trained_signs(mistaken(healthy), accept=True).summary
-
-
-def test_a_leaking_machine_with_mistaken_channels_is_never_healthy(healthy, leaking):
-    sound = hydrofdi.measure(healthy, INDICATOR, sampling_frequency=RATE_SIGNS)
-    assert not any("doubtful" in remark for remark in sound.remarks)
-    assert list(sound["status"]) == ["ok"]
-    detector = trained_signs(healthy)
-    assert all(detector.judge(leaking, sampling_frequency=RATE_SIGNS)["alarm"])
-    for mistaken in (reversed_position, swapped_pressures):
-        found = detector.judge(mistaken(leaking), sampling_frequency=RATE_SIGNS)
+def test_records_that_no_actuator_gives_are_not_trained_on_and_never_judged_healthy():
+    healthy, leaking = machine(1, "64 s"), machine(9, "16 s", "0.5 L/min")
+    wanted = SIGNS | {"window": "2 s", "false_alarm_rate": "5 %"}
+    for wrong, status in ((healthy, "ok"), *((each, "doubtful") for each in mistaken(healthy))):
+        table = hydrofdi.measure(wrong, *SIGNS.values())
+        assert list(table["status"]) == [status]
+        assert any("bulk_modulus" in remark for remark in table.remarks) == (status != "ok")
+        assert np.isfinite(table["flow_balance.bulk_modulus"]).all()
+        if status != "ok":
+            with pytest.raises(DataError):
+                hydrofdi.train(wrong, **wanted)
+            accepted = hydrofdi.train(wrong, **wanted, accept=True)
+            assert "Warning: flow_balance.bulk_modulus" in accepted.summary
+    detector = hydrofdi.train(healthy, **wanted)
+    assert all(detector.judge(leaking, sampling_frequency="500 Hz")["alarm"])
+    for wrong in (*mistaken(leaking), mistaken(machine(9, "16 s"))[0]):
+        found = detector.judge(wrong, sampling_frequency="500 Hz")
         assert False not in list(found["alarm"])
-        assert all(doubt or fault == "novel" for doubt, fault in told(found))
-    found = detector.judge(reversed_position(machine(9, "16 s")), sampling_frequency=RATE_SIGNS)
-    assert False not in list(found["alarm"])
-    assert all(doubt or fault == "novel" for doubt, fault in told(found))
+        assert share_told(found) == 1.0
 
 
 def test_a_sign_that_reverses_the_valve_is_no_alarm(records):
     detector = trained(records, "flow_balance", RIGHT, output="leakage", window="2 s")
-    position = "piston_position"
-    found = detector.judge(records | {position: -records[position]}, sampling_frequency=RATE)
+    found = detector.judge(records | {X: -records[X]}, sampling_frequency=RATE)
     assert set(found["fault"]) == {"novel"}
     assert any("beyond its limit" in reason for reason in found["reason"])
 

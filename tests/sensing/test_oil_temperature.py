@@ -2,7 +2,6 @@
 
 import h5py
 import numpy as np
-import pytest
 import yaml
 
 import hydrofdi
@@ -52,20 +51,13 @@ def test_files_of_runs_without_a_stated_temperature_do_not_contain_it(small_swee
     assert not any(batch.remarks)
 
 
-@pytest.fixture(scope="module")
-def sweep(tmp_path_factory):
-    return sweep_in(tmp_path_factory.mktemp("warm"), SWEEP)
-
-
-def test_stored_temperatures_are_those_of_records_that_are_simulated_again(sweep):
+def test_stored_temperatures_are_those_of_records_that_are_simulated_again_as_the_sensor_shows_them(tmp_path):
+    sweep = sweep_in(tmp_path, SWEEP)
     stored, again = (next(open_records(each)[0].batches()) for each in (sweep.directory, sweep.config))
     np.testing.assert_array_equal(stored[Channel.OIL_TEMPERATURE], again[Channel.OIL_TEMPERATURE])
     first = next(iter(hydrofdi.replay(sweep.directory)))
     part = stored[Channel.OIL_TEMPERATURE][0, : len(first.time)]
     np.testing.assert_array_equal(first.channels[Channel.OIL_TEMPERATURE], part)
-
-
-def test_indicators_measure_the_temperature_that_the_sensor_shows(sweep):
     with h5py.File(sweep.file) as file:
         np.testing.assert_allclose(file["warmth.mean"], [323.65, 324.65], atol=0.02)
         np.testing.assert_allclose(file["warmth.standard_deviation"], [0.1, 12**-0.5 * 2.0], rtol=0.05)

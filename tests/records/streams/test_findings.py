@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -15,7 +17,8 @@ from tests.records.streams.plain import (
     windows_of,
 )
 
-P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
+P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
+V, U = Channel.PISTON_VELOCITY, Channel.INPUT_VOLTAGE
 
 
 def _stream(time, frequency=10.0, state=None):
@@ -45,17 +48,12 @@ def test_irregularities_are_counted_and_irregular_samples_dropped(time, found, n
 
 
 def test_pieces_end_at_gaps_and_have_every_channel():
-    stream = EvenStream(10.0, (P1, Channel.PISTON_POSITION))
+    stream = EvenStream(10.0, (P1, X))
     time = np.array([0.0, 0.1, 0.1, 1.0, 1.1])
-    channels = {P1: np.arange(5.0), Channel.INPUT_VOLTAGE: np.zeros(5)}
-    state, pieces, _ = stream.step(stream.start(), Chunk(time, channels))
+    _, pieces, _ = stream.step(stream.start(), Chunk(time, {P1: np.arange(5.0), U: np.zeros(5)}))
     assert [piece.time.tolist() for piece in pieces] == [[0.0, 0.1], [1.0, 1.1]]
-    assert all(piece.begins_anew for piece in pieces)
-    assert [set(piece.channels) for piece in pieces] == [set(stream.channels)] * 2
     assert pieces[1].channels[P1].tolist() == [3.0, 4.0]
-    assert np.isnan(pieces[1].channels[Channel.PISTON_POSITION]).all()
-    _, (goes_on,), _ = stream.step(state, Chunk(np.array([1.2]), {P1: np.zeros(1)}))
-    assert not goes_on.begins_anew
+    assert np.isnan(pieces[1].channels[X]).all()
 
 
 def test_what_goes_on_is_no_news_until_a_minute_without_it():
@@ -219,3 +217,98 @@ def test_a_stream_that_comes_again_after_a_restart_gives_the_same_windows(
     for one, other in zip(expected, first + second, strict=True):
         _same(one, other)
     assert all(count <= _totals(said)[kind] for kind, count in _totals(before + after).items())
+
+
+FREQUENCY, N = 100.0, 300
+
+
+def _healthy():
+    time = np.arange(N) / FREQUENCY
+    wave = np.sin(2.0 * np.pi * time)
+    return time, {P1: 5e6 + 4e6 * wave, P2: 5e6 - 4e6 * wave, X: 0.1 * wave, V: -0.1 * wave, U: 2.0 * wave}
+
+
+def _fault(time, samples, channels=(P1, P2, X, V, U), frequency=FREQUENCY):
+    windower = make_windower("time", N, channels=channels, sampling_frequency=frequency)
+    (window,) = windows_of(time, samples, windower)
+    return window.fault
+
+
+def _all_rest(samples):
+    samples[X][:] = samples[U][:] = 1.0
+    samples[P1], samples[P2] = (5e6 + 0.01 * (samples[channel] - 5e6) for channel in (P1, P2))
+
+
+CHANGES = {
+    "sound": (lambda samples: None, None, ""),
+    "inf": (lambda samples: samples[P2].put([3, 299], np.inf), "missing", "2 of 300"),
+    "no channel": (lambda samples: samples.pop(X), "missing_channel", X),
+    "all nan": (lambda samples: samples[X].fill(np.nan), "missing_channel", X),
+    "stuck P1": (lambda samples: samples[P1].fill(5e6), "stuck", P1),
+    "stuck v": (lambda samples: samples[V].fill(0.1), "stuck", V),
+    "frozen x": (lambda samples: samples[X][100:250].fill(samples[X][100]), "stuck", "1.5 s"),
+    "command rests": (lambda samples: samples[U].fill(1.0), None, ""),
+    "all rest": (_all_rest, None, ""),
+}
+
+
+@pytest.mark.parametrize(("change", "kind", "part"), CHANGES.values(), ids=CHANGES)
+def test_what_is_missing_or_stuck_is_said_and_rest_is_no_fault(change, kind, part):
+    time, samples = _healthy()
+    change(samples)
+    fault = _fault(time, samples)
+    assert (fault and fault.kind) == kind
+    assert fault is None or part in fault.message
+    assert kind is None or part not in (P1, P2) or _fault(time, samples, channels=(X,)) is None
+
+
+JITTER = np.where(np.arange(N) % 20 == 10, 1.0 / FREQUENCY, 0.0)
+STAMPS = np.arange(N) / FREQUENCY
+
+
+@pytest.mark.parametrize(("time", "kind", "frequency"), [
+    (STAMPS + 0.2 * JITTER, None, 100.0), (STAMPS + 0.4 * JITTER, "uneven", 100.0),
+    (np.round(STAMPS / 6.0, 3), None, 600.0), (STAMPS / 0.98, "other_rate", 100.0),
+    (STAMPS / 0.992, None, 100.0), (STAMPS / 1.008, None, 100.0), (STAMPS / 1.02, "other_rate", 100.0),
+], ids=["0.2 steps", "0.4 steps", "rounded", "98 %", "99.2 %", "100.8 %", "102 %"])  # fmt: skip
+def test_stamps_may_jitter_by_a_quarter_of_a_step_and_the_mean_rate_differ_by_a_hundredth(
+    time, kind, frequency
+):
+    fault = _fault(time, _healthy()[1], frequency=frequency)
+    assert (fault and fault.kind) == kind
+
+
+def test_the_unit_of_a_time_in_another_one_is_asked_for():
+    time, samples = _healthy()
+    assert "in exceldays?" in _fault(time / 86_400.0, samples).message
+    for factor, unit in ((1e3, "ms"), (1e6, "µs")):
+        stream = EvenStream(FREQUENCY, (P1,))
+        events = stream.step(stream.start(), Chunk(time * factor, samples))[2]
+        assert f"in {unit}?" in events[-1].text
+
+
+def test_windows_own_their_samples():
+    time, samples = _healthy()
+    windower = make_windower("time", 20, 5, channels=(P1,), sampling_frequency=FREQUENCY)
+    windows = windows_of(time, samples, windower)
+    assert not any(np.shares_memory(one.channels[P1], two.channels[P1]) for one, two in pairwise(windows))
+    assert not any(np.shares_memory(window.channels[P1], samples[P1]) for window in windows)
+
+
+@pytest.mark.parametrize("windowing", [
+    {"by": "time", "n_sample": 1000, "n_every": 400}, {"by": "time", "n_sample": 100, "n_every": 1_000_000},
+    {"by": "cycle", "n_sample": 1000, "drive": (-9.0, -8.9)},
+], ids=["sliding", "apart", "cycles that never end"])  # fmt: skip
+def test_the_state_stays_as_small_as_a_window_over_many_samples(windowing):
+    stream = EvenStream(1000.0, (P1, U))
+    windower = make_windower(**windowing, channels=(P1, U), sampling_frequency=1000.0)
+    state, held, tick = stream.start(), windower.start(), np.arange(5000) / 1000.0
+    wave = np.sin(2.0 * np.pi * 0.93 * tick)
+    for count in range(20):
+        time = 10.0 * (count // 7) + 5.0 * count + tick
+        state, pieces, _ = stream.step(state, Chunk(time, {P1: 1e6 * wave, U: wave}))
+        for piece in pieces:
+            held = windower.step(held, piece)[0]
+        for stored in (state, held):
+            assert all(array.base is None for array in stored.values())
+            assert sum(array.nbytes for array in stored.values()) < 24 * windowing["n_sample"] + 200

@@ -131,13 +131,6 @@ def test_samples_beyond_the_stroke_or_the_supply_of_the_description_are_remarked
     assert "out_of_range" not in hydrofdi.inspect("leaking.yaml").remarks
 
 
-def test_a_record_of_which_nothing_is_known_is_not_ok(machine):
-    describe("small", "leaking", chamber_volume="1 cm³", stroke=None, position_zero="centre")
-    table = hydrofdi.measure("small.yaml", "flow_balance")
-    assert list(table["status"]) == ["not_measured"]
-    assert "chamber 1" in table["reasons"][0] or "chamber 2" in table["reasons"][0]
-
-
 def test_records_of_two_machines_are_not_measured_together(machine):
     describe("other", "leaking", piston_area="30 cm²")
     with pytest.raises(ConfigError, match="flow_balance"):

@@ -99,21 +99,6 @@ def test_settings_come_from_a_mapping_a_file_or_keywords(tmp_path):
     assert hydrofdi.train(HEALTHY, config=config, window=0.48, sampling_frequency=RATE).file.n_sample == 480
 
 
-def test_results_and_runs_are_records(tmp_path):
-    study = {
-        "name": "s",
-        "record": {"duration": "12 s"},
-        "sweep": {"grid": {"leakage.internal_flow": [0, "1 L/min"]}},
-    }
-    results = hydrofdi.sweep(study, out=tmp_path / "s", engine="in-process")
-    detector = hydrofdi.train(results, output="d2", direction="both", window="1 s", false_alarm_rate="30 %")
-    assert detector.left_out.n_leaking == 1
-    run_of_it = hydrofdi.simulate(duration="12 s")
-    (score, *_), (same, *_) = (detector.judge(each)["score"] for each in (run_of_it, tmp_path / "s"))
-    assert score == pytest.approx(same, rel=1e-6)
-    assert hydrofdi.measure([run_of_it, results])["dwt.d2"].shape == (3,)
-
-
 def test_an_evaluation_in_memory_is_that_of_the_command(files):
     told = run_json("evaluate", files, "--healthy", "sound", "--false-alarm-rate", "20 %")
     given = {"healthy": "sound", "false_alarm_rate": 0.2}
@@ -126,21 +111,6 @@ def test_an_evaluation_in_memory_is_that_of_the_command(files):
     assert made.best in made._repr_html_()
     with pytest.raises(hydrofdi.HydrofdiError, match="label: state the condition of each record"):
         hydrofdi.evaluate(BOTH, sampling_frequency=RATE)
-
-
-def test_few_records_and_windows_that_are_no_whole_periods_of_u_are_warned_of():
-    for n_record, is_warned in ((1, True), (2, True), (5, False)):
-        records, wanted = HEALTHY.reshape(5, -1)[:n_record], WANTED | {"window": "0.5 s"}
-        summary = hydrofdi.train(records, **wanted, sampling_frequency=RATE).summary
-        assert any(line.startswith("Warning: ") for line in summary.split("\n")) is is_warned
-    time = np.arange(0.0, 100.0, 0.02)
-    square = np.sign(np.sin(np.pi * time + 0.1))
-    signals = {"P1": 5e6 + 3e5 * square + np.random.default_rng(0).normal(0.0, 1e5, time.size), "u": square}
-    settings = WANTED | {"output": "standard_deviation", "sampling_frequency": "50 Hz"}
-    for window, is_warned in (("0.5 s", True), ("2.02 s", True), ("2 s", False)):
-        detector = hydrofdi.train(signals, "pressure_statistics", window=window, **settings)
-        assert detector.file.basis.drive_period == 2.0
-        assert ("periods of the drive" in detector.summary) is is_warned
 
 
 def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(files, tmp_path):

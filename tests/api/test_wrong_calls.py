@@ -72,24 +72,10 @@ def test_masked_samples_are_missing(several):
     np.testing.assert_array_equal(found["dwt.d1"], expected["dwt.d1"])
 
 
-def test_a_missing_label_is_no_kind_of_fault_and_labels_may_be_numbers():
-    label = [0] * 100 + [1] * 60 + [None] * 20 + [float("nan")] * 20
-    found = hydrofdi.evaluate(NOISE, label=label, healthy=0, false_alarm_rate="5 %", **RATE)
-    assert set(found.table["population"]) == {"healthy", "1"}
-    assert found.left.n_unlabelled == 40
-
-
 def test_results_stand_for_their_folder(tmp_path):
     stored = hydrofdi.sweep(STUDY, out=tmp_path / "asked", engine="in-process")
     assert hydrofdi.why(stored, np.int64(0)) == hydrofdi.why(stored.folder, 0)
     assert len(hydrofdi.export(stored, tmp_path / "out", runs=np.int64(0)).files) == 1
-
-
-def test_windows_that_are_beyond_the_limit_but_novel_are_not_overlooked():
-    given = {"output": "d2", "direction": "rising", "false_alarm_rate": "2 %", **RATE}
-    table = hydrofdi.train(NOISE, **given).judge(5e6 + 4.0 * (NOISE[:5] - 5e6), **RATE)
-    assert table["beyond_limit"].tolist() == [True] * 5
-    assert "5 windows beyond the limit were not judged: novel" in repr(table)
 
 
 def test_a_channel_that_no_indicator_uses_does_not_mark_a_record():

@@ -5,26 +5,12 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.records.source import measured_source, plain_source, write_description
 from tests.conftest import REPOSITORY
-from tests.records.dialects import RATE, ROWS, TEXTS, TIME, TITLES, UNITS, content, lines
+from tests.records.dialects import RATE, ROWS, TEXTS, TIME, content
 from tests.records.measuring import P1, P2, POSITION, one, read, yaml_of
-
-
-def written(folder, name, text=None):
-    file = folder / name
-    file.write_bytes(content(name) if text is None else text.encode())
-    return file
-
-
-def proposed(file):
-    """The records of a file as its proposed description states them."""
-    write_description(file, description := file.with_suffix(".yaml"))
-    return measured_source(description)
 
 
 def outcome(reading, file):
@@ -54,7 +40,8 @@ with open(REPOSITORY / "docs" / "tables" / "exports.csv", encoding="utf-8") as P
 
 @pytest.mark.parametrize(("name", "row"), [*zip(TEXTS, OUTCOMES, strict=True)], ids=TEXTS)
 def test_a_file_is_read_right_or_refused_as_the_docs_say_and_its_proposal_reads_it(tmp_path, name, row):
-    file, (_, plain, with_proposal) = written(tmp_path, name), row
+    (file := tmp_path / name).write_bytes(content(name))
+    _, plain, with_proposal = row
     assert outcome(plain_source, file) == plain
     text = write_description(file, description := file.with_suffix(".yaml"))
     if with_proposal.startswith("read, after"):
@@ -82,42 +69,11 @@ def test_thousands_in_the_wrong_place_are_no_number(tmp_path, cell):
 def test_a_cell_with_another_unit_is_refused(tmp_path):
     text = TEXTS["units_in_cells.csv"]
     place = text.index("bar", 3_000)
-    file = written(tmp_path, "run.csv", text[:place] + "psi" + text[place + 3 :])
+    file = tmp_path / "run.csv"
+    file.write_text(text[:place] + "psi" + text[place + 3 :])
+    write_description(file, description := tmp_path / "rig.yaml")
     with pytest.raises(HydrofdiError, match=r"run\.csv:\d+"):
-        read(proposed(file))
-
-
-SEPARATORS = st.sampled_from([";", ",", "\t", "|"])
-UNIT_PLACES = st.sampled_from(["bracket", "round", "row", "underscore"])
-
-
-@settings(deadline=None, max_examples=60)
-@given(st.data())
-def test_a_random_dialect_is_read_right_or_refused(tmp_path_factory, data):
-    sep, decimal, place = data.draw(SEPARATORS), data.draw(st.sampled_from(".,")), data.draw(UNIT_PLACES)
-    quote = '"' if sep == decimal else data.draw(st.sampled_from(["", '"']))
-    names = ("time", "P1", "P2", "x", "u")
-    titles = {
-        "bracket": list(TITLES),
-        "round": [title.replace("[", "(").replace("]", ")") for title in TITLES],
-        "row": names,
-        "underscore": [f"{name}_{unit}" for name, unit in zip(names, UNITS, strict=True)],
-    }[place]
-    head = [sep.join(titles)] + [sep.join(UNITS)] * (place == "row")
-    above = data.draw(
-        st.lists(st.sampled_from(["Rig 7", "", "operator\tA. B.", "2026-05-05", "# x"]), max_size=4)
-    )
-    stated = [f"sep={sep}"] * (not above and data.draw(st.booleans()))
-    text = lines([*stated, *above, *head], sep, decimal, quote, rows=ROWS[:60])
-    folder = tmp_path_factory.mktemp("dialect")
-    for reading in (plain_source, proposed):
-        try:
-            batch = read(reading(written(folder, "run.csv", text)))
-        except HydrofdiError:
-            continue
-        np.testing.assert_allclose(batch[P1][0], ROWS[:60, 1] * 1e5, rtol=2e-9)
-        np.testing.assert_allclose(batch[POSITION][0], ROWS[:60, 3] * 1e-3, atol=1e-12)
-        assert batch.sampling_frequency == pytest.approx(RATE)
+        read(measured_source(description))
 
 
 FOLDER = REPOSITORY.parent / "shared" / "data" / "dialects"

@@ -46,9 +46,12 @@ def read_or_refused(content, name, description=USUAL):
     return []
 
 
+CHANNELS = st.sampled_from([channel for channel in Channel if channel.unit in UNITS])
+
+
 @given(
-    st.lists(st.sampled_from([each for each in Channel if each.unit in UNITS]), min_size=1, max_size=4, unique=True),
-    st.data(), st.sampled_from([("\t", "tab"), (";", ";"), (",", ","), ("|", "|"), ("  ", "space")]),
+    st.lists(CHANNELS, min_size=1, max_size=4, unique=True), st.data(),
+    st.sampled_from([("\t", "tab"), (";", ";"), (",", ","), ("|", "|"), ("  ", "space")]),
     st.sampled_from(".,"), st.sampled_from(["[{}]", "({})", "row", "yaml"]), st.booleans(),
 )  # fmt: skip
 def test_any_table_of_numbers_comes_back_in_si(channels, data, delimiter, decimal, place, is_stated):
@@ -56,7 +59,7 @@ def test_any_table_of_numbers_comes_back_in_si(channels, data, delimiter, decima
     assume(sign != decimal and not (place == "row" and sign == "  "))
     rows = data.draw(st.lists(st.lists(FINITE, min_size=4, max_size=4), min_size=2, max_size=6))
     units = [data.draw(st.sampled_from(UNITS[channel.unit])) for channel in channels]
-    above = data.draw(st.lists(st.sampled_from(["", "2026-05-05", "# x"]), max_size=3))
+    above = data.draw(st.lists(st.sampled_from(["", "# x"]), max_size=3))
     titles = [f"c{n} {place.format(unit)}" if "{" in place else f"c{n}" for n, unit in enumerate(units)]
     head = [*above, sign.join(titles)] + [sign.join(units)] * (place == "row")
     body = [sign.join(repr(value).replace(".", decimal) for value in row[: len(units)]) for row in rows]

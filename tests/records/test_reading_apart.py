@@ -104,18 +104,6 @@ def test_one_process_reads_file_after_file_and_two_at_once_have_their_own(tmp_pa
         np.testing.assert_array_equal(table.numbers(0), BAR)
 
 
-def test_arrays_of_every_shape_come_over(tmp_path):
-    arrays = {
-        "empty": np.zeros((0,)), "big_endian": BAR.astype(">f4"), "flag": np.array([True, False]),
-        "matrix": np.asfortranarray(np.arange(6.0).reshape(3, 2)),
-    }  # fmt: skip
-    write(tmp_path / "run.h5", **arrays)
-    with opening.table_read_apart("run", "HDF5", tmp_path / "run.h5") as table:
-        for name in ("big_endian", "flag", "empty"):
-            np.testing.assert_array_equal(table.numbers(table.find(name)), arrays[name])
-        np.testing.assert_array_equal(table.numbers(table.find("matrix[2]")), [1.0, 3.0, 5.0])
-
-
 PROGRAM = """\
 import sys, time
 from pathlib import Path

@@ -112,15 +112,12 @@ def test_the_command_writes_the_file_of_the_function_which_is_planned_without_a_
     assert not [each for each in plan["warnings"] if "study" in each or "machine" in each]
 
 
-@pytest.mark.parametrize(
-    ("wrong", "key"),
-    [
-        ({"oil": "HLP47"}, "oil"), ({"valve": "40 L/min"}, "valve"), ({"valve": "40 bar at 70 bar"}, "valve"),
-        ({"valve": "40 L/min at 700 bar"}, "valve"),
-        ({"hose": "2 m"}, "hose"), ({"rod": "60 mm"}, "rod"), ({"mass": None}, "mass"),
-        ({"bore": "50"}, "bore"), ({"mounting": "upside-down"}, "mounting"), ({"boor": "50 mm"}, "boor"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("wrong", "key"), [
+    ({"oil": "HLP47"}, "oil"), ({"valve": "40 L/min"}, "valve"), ({"valve": "40 bar at 70 bar"}, "valve"),
+    ({"valve": "40 L/min at 700 bar"}, "valve"),
+    ({"hose": "2 m"}, "hose"), ({"rod": "60 mm"}, "rod"), ({"mass": None}, "mass"),
+    ({"bore": "50"}, "bore"), ({"mounting": "upside-down"}, "mounting"), ({"boor": "50 mm"}, "boor"),
+])  # fmt: skip
 def test_a_wrong_number_names_its_key_and_writes_nothing(wrong, key, tmp_path):
     sheet = {name: value for name, value in (PRESS | wrong).items() if value is not None}
     with pytest.raises(ConfigError, match=rf"(?m)^{key}: "):

@@ -78,14 +78,6 @@ def test_results_stand_for_their_folder(tmp_path):
     assert len(hydrofdi.export(stored, tmp_path / "out", runs=np.int64(0)).files) == 1
 
 
-def test_a_channel_that_no_indicator_uses_does_not_mark_a_record():
-    records = {"P1": NOISE[0], "Ps": np.zeros(500)}
-    assert "stuck" in hydrofdi.inspect(records, **RATE).remarks
-    assert hydrofdi.measure(records, "dwt", **RATE)["status"].tolist() == ["ok"]
-    records = {"P1": np.full(500, 172e5)}
-    assert hydrofdi.measure(records, "dwt", **RATE)["status"].tolist() == ["stuck"]
-
-
 WORK = [
     "run.plot()", "run.features['dwt.d2']", "run.signals['P1']", "run['P1']", "run.t",
     "run.chamber_1_pressure", "run['dwt.d2']", "run.save('again.h5')", "hydrofdi.measure('run.h5')",

@@ -102,15 +102,12 @@ def test_a_detector_is_not_trained_on_pressures_in_another_unit_unless_they_are_
     assert hydrofdi.train({"P1": pressure}, "dwt", accept=True, **given).file.limits.false_alarm_rate == 0.3
 
 
-@pytest.mark.parametrize(
-    ("signals", "expected"),
-    [
-        ({"P1": 1864e5, "P2": 150e5}, {"P1"}), ({"P1": 860e5, "P2": 86e5}, {"P1"}),
-        ({"P1": 86e5, "P2": 60e5, "x": 20.0, "u": 2000.0, "xv": 0.1}, {"x", "u", "xv"}),
-        ({"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 160e6}, {"Pr", "Ps"}),
-        ({"P1": 200e5, "P2": 100e5, "x": 0.2, "u": 5.0, "xv": 1e-4}, set()),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("signals", "expected"), [
+    ({"P1": 1864e5, "P2": 150e5}, {"P1"}), ({"P1": 860e5, "P2": 86e5}, {"P1"}),
+    ({"P1": 86e5, "P2": 60e5, "x": 20.0, "u": 2000.0, "xv": 0.1}, {"x", "u", "xv"}),
+    ({"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 160e6}, {"Pr", "Ps"}),
+    ({"P1": 200e5, "P2": 100e5, "x": 0.2, "u": 5.0, "xv": 1e-4}, set()),
+])  # fmt: skip
 def test_channels_beyond_the_usual_sizes_are_remarked(signals, expected):
     samples = {name: size * (1 + SAMPLES) for name, size in signals.items()}
     batch = opened(**samples)

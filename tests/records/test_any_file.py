@@ -93,47 +93,6 @@ def test_any_bytes_are_read_or_refused(content, name):
     read_or_refused(data, name)
 
 
-CELLS = st.sampled_from([
-    "", " ", "1", "2.5", "-3e2", "1,5", "1.000,5", "1'000", "1_0", "nan", "inf", "x",
-    "0x1", '"4"', "1e999", "NA",
-])  # fmt: skip
-
-
-def whole_or_empty(rows):
-    """Rows under two names; of what was cut off nothing is believed, and at the end nothing is left."""
-    widths = [len(row) for row in rows]
-    usual = min(2, max(widths, key=lambda width: (widths.count(width), width)))
-    while len(rows) > 1 and len(rows[-1]) < usual:
-        rows = rows[:-1]
-    return [row if len(row) >= usual else [""] for row in rows]
-
-
-@settings(max_examples=150)
-@example([["", ""], ["1", "2"], ["", ""], ["2", "3"]], "\t", "P1{}x\n", ".")
-@given(
-    st.lists(st.lists(CELLS, min_size=1, max_size=4), min_size=1, max_size=6),
-    st.sampled_from("\t;,| "), st.sampled_from(["P1{}x\n", "P1 [bar]{}x{}\n", "", "# a\nP1{}P1\n"]),
-    st.sampled_from(".,"),
-)  # fmt: skip
-def test_what_is_read_of_any_cells_is_what_they_say(rows, sign, header, decimal):
-    text = header.replace("{}", sign) + "\n".join(sign.join(row) for row in rows) + "\n"
-    description = f'{USUAL}format: {{decimal: "{decimal}"}}\n'
-    for batch in read_or_refused(text, "run.csv", description):
-        if not batch.n_record or not header or sign in (",", " ", decimal):
-            continue
-        kept = [row for row in rows if sign.join(row).strip(" ")]
-        cells = [row[0].strip().strip('"') for row in whole_or_empty(kept)]
-        for value, cell in zip(batch[Channel.CHAMBER_1_PRESSURE][0], cells, strict=True):
-            assert "_" not in cell
-            assert decimal == "." or "." not in cell, "a point may divide thousands"
-            plain = cell.replace(",", ".")
-            assert plain == cell or decimal == ","
-            meant = float(plain) * 1e5 if plain not in ("", "NA") else np.nan
-            np.testing.assert_equal(value, meant)
-        if not np.isfinite(batch[Channel.CHAMBER_1_PRESSURE]).all():
-            assert any(remark.kind == "missing" and remark.is_unusable for remark in batch.remarks[0])
-
-
 def sound(kind):
     target, values = io.BytesIO(), np.arange(64.0)
     if kind == "h5":

@@ -17,7 +17,20 @@ from hydrofdi.records.source import measured_source, plain_source
 from hydrofdi.store.experiment_file import read_experiment
 from tests.commands import run
 from tests.conftest import REPOSITORY
-from tests.records.measuring import BOTH, P1, P2, SUPPLY, WRITERS, csv_of, described, one, plain, yaml_of
+from tests.records.measuring import (
+    BOTH,
+    P1,
+    P2,
+    SUPPLY,
+    USUAL,
+    WRITERS,
+    csv_of,
+    described,
+    one,
+    plain,
+    read,
+    yaml_of,
+)  # fmt: skip
 
 BAR = np.array([100.0, 101.5, 99.25, 102.125, 7.0])
 TABLE = np.column_stack([BAR, BAR + 1])
@@ -32,21 +45,18 @@ def test_every_format_gives_the_same_numbers_packed_or_not(tmp_path, suffix):
     file = tmp_path / f"run.{suffix}"
     WRITERS[suffix](file, {"P1": BAR, "P2": BAR + 1})
     (tmp_path / f"run.{suffix}.gz").write_bytes(gzip.compress(file.read_bytes()))
-    batch = one(tmp_path, description(f"run.{suffix}*"))
-    np.testing.assert_array_equal(batch[P1], [BAR * 1e5] * 2)
-
-
-GROUPED = {"rig/P1": BAR + 1, "rig/x": BAR}
+    np.testing.assert_array_equal(one(tmp_path, description(f"run.{suffix}*"))[P1], [BAR * 1e5] * 2)
 
 
 @pytest.mark.parametrize(("suffix", "arrays", "column"), [
     ("h5", {"data": TABLE}, "data[2]"), ("mat", {"data": TABLE.T}, "data[2]"),
-    ("npz", {"data": TABLE.T}, "data[2]"), ("h5", GROUPED, "rig/P1"), ("mat", GROUPED, "rig/P1"),
+    ("npz", {"data": TABLE.T}, "data[2]"), *(
+        (suffix, {"rig/P1": BAR + 1, "rig/x": BAR}, "rig/P1") for suffix in ("h5", "mat")
+    ),
 ])  # fmt: skip
 def test_a_column_of_a_table_is_found_whichever_axis_is_time_or_in_a_group(tmp_path, suffix, arrays, column):
     WRITERS[suffix](tmp_path / f"run.{suffix}", arrays)
-    batch = one(tmp_path, description(f"run.{suffix}", column))
-    np.testing.assert_array_equal(batch[P1], [(BAR + 1) * 1e5])
+    np.testing.assert_array_equal(one(tmp_path, description(f"run.{suffix}", column))[P1], [(BAR + 1) * 1e5])
 
 
 def as_mat_7_3(file):
@@ -84,13 +94,23 @@ def test_numbers_that_netcdf_packs_are_unpacked(tmp_path):
     assert (remark.kind, remark.is_unusable) == ("missing", True)
 
 
-@pytest.mark.parametrize(("suffix", "values"), [
-    ("h5", BAR + 1j), ("npz", np.array([1, 2**53 + 1, 3])), ("h5", [b"a", b"b"]), ("mat", ["a", "b"]),
+@pytest.mark.parametrize(("suffix", "values", "named"), [
+    *((suffix, {"P1": values}, "P1: contains") for suffix, values in (
+        ("h5", BAR + 1j), ("npz", np.array([1, 2**53 + 1, 3])), ("h5", [b"a", b"b"]), ("mat", ["a", "b"]),
+    )),
+    ("npz", {}, r"run\.npz: has no column 'P1'"), ("npz", {"P1": np.array([print], dtype=object)}, "damaged"),
+    ("npz", {"P1": BAR, "P2": BAR[:3]}, "wrong_length"),
 ])  # fmt: skip
-def test_what_is_no_real_number_is_refused(tmp_path, suffix, values):
-    WRITERS[suffix](tmp_path / f"run.{suffix}", {"P1": values})
-    with pytest.raises(DataError, match="P1: contains"):
-        one(tmp_path, description(f"run.{suffix}"))
+def test_what_is_no_column_of_real_numbers_is_refused_and_objects_are_never_loaded(
+    tmp_path, suffix, values, named
+):
+    WRITERS[suffix](tmp_path / f"run.{suffix}", values)
+    stated = (BOTH if "P2" in values else USUAL).replace("*.csv", f"run.{suffix}")
+    if named in ("damaged", "wrong_length"):
+        assert one(tmp_path, stated).rejected[0].remark.kind == named
+    else:
+        with pytest.raises(DataError, match=named):
+            one(tmp_path, stated)
 
 
 def test_whole_numbers_do_not_overflow(tmp_path):
@@ -104,11 +124,6 @@ def test_parquet_without_its_extra_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     with pytest.raises(DataError, match="needs the extra 'parquet'"):
         one(tmp_path, description("run.parquet"))
-
-
-def test_pickled_objects_are_never_loaded(tmp_path):
-    np.savez(tmp_path / "run.npz", P1=np.array([print], dtype=object))
-    assert one(tmp_path, description("run.npz")).rejected[0].remark.kind == "damaged"
 
 
 @pytest.mark.parametrize("place", ["external storage", "a linked file", "virtual sources"])
@@ -133,17 +148,6 @@ def test_values_in_other_files_are_never_read(tmp_path, place, suffix):
         assert (rejected.remark.kind, "\n" in rejected.remark.message) == ("damaged", False)
     with pytest.raises(StoreError):
         read_experiment(run)
-
-
-def test_a_file_without_columns_is_named_and_columns_of_different_lengths_make_no_record(tmp_path):
-    np.savez(tmp_path / "run.npz")
-    with pytest.raises(DataError, match=r"run.npz"):
-        plain_source(tmp_path / "run.npz", 1e3)
-    with pytest.raises(DataError, match=r"run.npz: has no column 'P1'"):
-        one(tmp_path, description("run.npz"))
-    np.savez(tmp_path / "run.npz", P1=BAR, P2=BAR[:3])
-    (rejected,) = one(tmp_path, BOTH.replace("*.csv", "run.npz")).rejected
-    assert rejected.remark.kind == "wrong_length"
 
 
 TIME = np.arange(400) / 200.0
@@ -175,7 +179,7 @@ def test_a_folder_of_such_files_is_measured_as_its_files_are(folder):
 
 def test_a_description_of_files_alone_takes_channels_units_and_time_from_headers(folder):
     (source,) = open_records(described(folder, 'files: "*.csv"\ngroup: "{file}"\ndrive_period: 1 s\n'))
-    (batch,) = source.batches()
+    batch = read(source)
     assert set(batch.channels) == {P1, P2}
     assert (batch.sampling_frequency, batch.drive_period) == (200.0, 1.0)
     np.testing.assert_allclose(batch[P1], (80 + NOISE) * 1e5)
@@ -187,7 +191,6 @@ def test_a_description_of_files_alone_takes_channels_units_and_time_from_headers
 
 def test_columns_that_nobody_recognises_are_named_and_a_file_with_other_columns_is_refused(folder):
     (folder / "run 2.csv").write_text(_text(0, p2="torque [Nm]"))
-    (folder / "run 10.csv").write_text(_text(1))
     (batch,) = open_records(folder)[0].batches()
     assert "torque [Nm]" in batch.remarks[0][0].message
     (folder / "run 10.csv").write_text(_text(1, "pressure_sensor [bar]"))
@@ -199,8 +202,7 @@ def test_a_folder_says_its_sampling_frequency_or_is_told_it(tmp_path):
     (tmp_path / "run.csv").write_text(csv_of(("P1 [bar]", 80 + NOISE[0])))
     with pytest.raises(DataError, match=r"run.csv"):
         open_records(tmp_path)
-    (batch,) = open_records(tmp_path, said=Described(50.0))[0].batches()
-    assert batch.sampling_frequency == 50.0
+    assert read(open_records(tmp_path, said=Described(50.0))[0]).sampling_frequency == 50.0
 
 
 @pytest.mark.parametrize(("channels", "message"), [
@@ -246,18 +248,18 @@ def test_the_example_of_the_page_reads_a_file_as_it_says(tmp_path):
     example, *_ = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
     time = np.arange(9000)
     voltage = np.where(time // 1000 % 4 < 2, 2, -2)
-    columns = [time, 100 + time % 7, 90 + time % 5, 4 + time % 2, -0.05 * (time % 4000), voltage]
-    rows = "\n".join(
-        ";".join(f"{value:g}".replace(".", ",") for value in row) for row in np.transpose(columns)
+    columns = (
+        ("t [ms]", time),
+        ("P1 [bar]", 100 + time % 7),
+        ("P2", 90 + time % 5),
+        ("I_s [mA]", 4 + time % 2),
     )
-    folder = tmp_path / "runs" / "unit 7"
-    folder.mkdir(parents=True)
-    header = "t [ms];P1 [bar];P2;I_s [mA];x;u\n"
-    (folder / "sealed 3.csv.gz").write_bytes(gzip.compress((header + rows).encode()))
+    text = csv_of(*columns, ("x", -0.05 * (time % 4000)), ("u", voltage), sign=";").replace(".", ",")
+    (folder := tmp_path / "runs" / "unit 7").mkdir(parents=True)
+    (folder / "sealed 3.csv.gz").write_bytes(gzip.compress(text.encode()))
     batch = next(measured_source(described(tmp_path, example)).batches(labels=True))
     assert batch.record_ids[0] == "runs/unit 7/sealed 3.csv.gz#1"
-    assert (batch.groups[0].split(",")[0], batch.labels[0]) == ("7", "sealed")
-    assert batch.n_time == 2000
+    assert (batch.groups[0].split(",")[0], batch.labels[0], batch.n_time) == ("7", "sealed", 2000)
     assert 100e5 <= batch[P1].min() <= batch[P1].max() <= 106e5
     np.testing.assert_allclose(np.unique(batch[SUPPLY]), [0.0, 15.625e5], atol=1e-6)
 
@@ -270,25 +272,26 @@ def test_the_page_lists_the_names_that_plain_files_are_read_by():
 DATE = 1_764_187_200
 NANOSECONDS = DATE * 10**9 + 2_000_000 * np.arange(60)
 TEXTS = [str(np.datetime64(each, "ns")).encode() for each in NANOSECONDS.tolist()]
+DATES = NANOSECONDS.astype("datetime64[ns]")
 
 
 @pytest.mark.parametrize(("times", "attributes", "date"), [
-    (NANOSECONDS, {"units": "ns"}, DATE), (TEXTS, {}, DATE),
+    (NANOSECONDS, {"units": "ns"}, DATE), (TEXTS, {}, DATE), (DATES, None, DATE),
     (2.0 * np.arange(60), {"units": "milliseconds since 2026-11-02 10:00"}, 1_793_613_600.0),
-], ids=["integers", "texts", "NetCDF"])  # fmt: skip
-def test_a_clock_of_a_dataset_gives_rate_and_date(tmp_path, times, attributes, date):
-    with h5py.File(tmp_path / "run.h5", "w") as target:
-        target["time"], target["P1"] = times, 80.0 + np.sin(0.3 * np.arange(60))
-        target["time"].attrs.update(attributes)
-        target["P1"].attrs["units"] = "bar"
-    (batch,) = plain_source(tmp_path / "run.h5").batches()
-    assert (batch.sampling_frequency, batch.dates) == (pytest.approx(500.0), (pytest.approx(date),))
-
-
-@pytest.mark.parametrize(
-    "times", [np.arange(60) * np.timedelta64(2, "ms"), NANOSECONDS.astype("datetime64[ns]")]
-)
-def test_durations_and_dates_of_an_archive_are_times(tmp_path, times):
-    np.savez(tmp_path / "run.npz", **{"time": times, "P1 [bar]": 80.0 + np.sin(0.3 * np.arange(60))})
-    (batch,) = plain_source(tmp_path / "run.npz").batches()
+    (np.arange(60) * np.timedelta64(2, "ms"), None, np.nan),
+], ids=["integers", "texts", "archive", "NetCDF", "durations"])  # fmt: skip
+def test_a_clock_of_a_dataset_or_an_archive_gives_rate_and_date(tmp_path, times, attributes, date):
+    pressure, file = (
+        80.0 + np.sin(0.3 * np.arange(60)),
+        tmp_path / ("run.npz" if attributes is None else "run.h5"),
+    )
+    if attributes is None:
+        np.savez(file, **{"time": times, "P1 [bar]": pressure})
+    else:
+        with h5py.File(file := tmp_path / "run.h5", "w") as target:
+            target["time"], target["P1"] = times, pressure
+            target["time"].attrs.update(attributes)
+            target["P1"].attrs["units"] = "bar"
+    batch = read(plain_source(file))
     assert batch.sampling_frequency == pytest.approx(500.0)
+    assert batch.dates == (pytest.approx(date, nan_ok=True),)

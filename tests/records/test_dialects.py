@@ -59,11 +59,15 @@ def test_dates_may_have_a_stated_format(tmp_path):
     assert (batch.sampling_frequency, batch.dates) == (1.0, (1_780_664_400.5,))
 
 
-@pytest.mark.parametrize("cell", ["8,60.0", "86,000,0", "8,600,00", "1,0000.0"])
-def test_thousands_in_the_wrong_place_are_no_number(tmp_path, cell):
-    form = yaml_of("P1: P1", 'format: {thousands: ","}', sampling="time: {column: time}")
+@pytest.mark.parametrize(("decimal", "cell"), [
+    *((".", cell) for cell in ("8,60.0", "86,000,0", "8,600,00", "1,0000.0", "1_0", "0x1", "x")),
+    (",", "1.000,5"), (",", "1.5"),
+])  # fmt: skip
+def test_cells_and_thousands_in_the_wrong_place_are_no_numbers(tmp_path, decimal, cell):
+    thousands = 'thousands: ","' if decimal == "." else 'decimal: ","'
+    form = yaml_of("P1: P1", f"format: {{{thousands}}}", sampling="time: {column: time}")
     with pytest.raises(HydrofdiError, match=r"run\.csv:2"):
-        one(tmp_path, form, run_csv=f'time [s];P1 [kPa]\n0;"{cell}"\n1;"8,600.0"\n')
+        one(tmp_path, form, run_csv=f'time [s];P1 [kPa]\n0;"{cell}"\n1;"8"\n')
 
 
 def test_a_cell_with_another_unit_is_refused(tmp_path):

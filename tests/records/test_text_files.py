@@ -22,7 +22,6 @@ from tests.records.measuring import (
     kinds,
     one,
     plain,
-    read,
     yaml_of,
 )  # fmt: skip
 
@@ -54,13 +53,16 @@ def test_a_packed_text_of_blanks_and_ragged_rows(tmp_path):
     ("P1,P1\n1,2\n", ": .*P1"), ("P1 [MPa],x\n1,2\n3,4\n", "MPa.*bar"),
     ("measured in May\nP1,x\n1,2\n", ": .*P1"), ("P1,2\n1,2\n", ":1: "),
     ("P1 [bar],x\nMPa,mm\n1,2\n", ":2: .*P1"), ("P1,T\nbar,degX\n1,2\n", ":2: "),
-    (f"P1,x\n{'1' * 2000},2\n", "1,000"),
+    (f"P1,x\n{'1' * 2000},2\n", "1,000"), *(
+        (f"Time,P1\n{step},1\n{2 * step},1\n", r"run\.csv.*Time") for step in (1, 0.1)
+    ),
 ])  # fmt: skip
 def test_a_slip_is_named_with_its_line(tmp_path, monkeypatch, text, place):
     monkeypatch.setattr(formats_text, "_BLOCK", 100)
     monkeypatch.setattr(formats_text, "_LONGEST_LINE", 1000)
+    sampling = "time: {column: Time}" if text.startswith("Time") else "sampling_frequency: 1 kHz"
     with pytest.raises(DataError, match=place):
-        one(tmp_path, run_csv=text)
+        one(tmp_path, yaml_of("P1: {column: P1, unit: bar}", sampling=sampling), run_csv=text)
 
 
 TIMED = "time [s],P1 [bar],P2 [bar]\n" + "".join(f"{n / 10},{84 + n},2{n}\n" for n in range(5))
@@ -82,10 +84,11 @@ def test_no_number_of_a_row_that_was_cut_off_is_believed(tmp_path, text, pressur
 
 
 @pytest.mark.parametrize("rows", ["0.3,1,2", "0.4,1,2\n\n0.35,1,2"])
-def test_a_time_that_does_not_rise_is_named_with_file_and_line(tmp_path, rows):
+def test_a_time_that_does_not_rise_is_named_with_file_line_and_remedy(tmp_path, rows):
     (rejected,) = plain(tmp_path, TIMED + rows + "\n").rejected
     assert rejected.remark.kind == "time"
     assert rejected.remark.message.startswith(f"{tmp_path / 'run.csv'}:7: ")
+    assert "sampling_frequency: 10 Hz" in rejected.remark.message
 
 
 def test_missing_values_make_a_channel_unusable_and_the_rest_goes_on(tmp_path):
@@ -136,49 +139,26 @@ def test_files_come_in_natural_order_and_equal_ones_side_by_side(tmp_path):
     assert found == [("run1.csv", "run2.csv"), ("run3.csv",), ("run10.csv",)]
 
 
-def test_a_file_that_cannot_be_read_is_rejected_and_the_others_go_on(tmp_path):
-    sound = "time [s],P1 [bar]\n0,1\n1,2\n"
-    described(tmp_path, 'files: ["*.csv", "*.gz"]', a_csv=sound, c_csv=sound, empty_csv="")
-    files = [tmp_path / name for name in ("a.csv", "b.csv.gz", "c.csv", "empty.csv", "a.csv")]
-    files[1].write_bytes(gzip.compress(sound.encode())[:-6])
-    expected = [("b.csv.gz", "damaged"), ("empty.csv", "empty")]
-    for sources in (tmp_path / "measured.yaml", files):
-        made = [batch for source in open_records(sources, [P1], Described()) for batch in source.batches()]
-        rejected = [(each.record_id, each.remark.kind) for batch in made for each in batch.rejected]
-        assert rejected == expected
-        read = [name for batch in made for name in batch.record_ids]
-        assert read == ["a.csv", "c.csv"]
-    for sources in (files[1], files[1:4:2]):
-        with pytest.raises(DataError):
-            open_records(sources, [P1], Described())
-
-
-UNKNOWN = """\
+@pytest.mark.parametrize(("text", "places"), [
+    ("""\
 files: "*.csv"
 channels:
   chamber1_pressure: {column: P1}
   chamber_2_pressure: {column: P2, unti: bar}
 samplingfrequency: 1 kHz
-"""
-CONTRADICTORY = """\
+""", [":3: channels.chamber1_", ":4: channels.chamber_2_pressure.unti", ":5: samplingfrequency"]),
+    ("""\
 files: "*.csv"
 channels:
   chamber_1_pressure: {column: P1, unit: mm}
-  chamber_2_pressure: {column: P2, unit: bra}
   supply_pressure: {column: PS, unit: bar, range: [4 bar, 3 bar]}
 segment: {part: hold}
 group: "{untit}"
 path: "{unit}.csv"
 format: {delimiter: "\\n", encoding: latin-0}
-"""
-
-
-@pytest.mark.parametrize(("text", "places"), [
-    (UNKNOWN, [":3: channels.chamber1_", ":4: channels.chamber_2_pressure.unti", ":5: samplingfrequency"]),
-    (CONTRADICTORY, [
-        ":3: channels.chamber_1_pressure.unit", ":4: channels.chamber_2_pressure.unit", ":6: segment",
-        ":5: channels.supply_pressure.range", ":7: group", ":9: format.delimiter", ":9: format.encoding",
-        "sampling_frequency",
+""", [
+        ":3: channels.chamber_1_pressure.unit", ":4: channels.supply_pressure.range", ":5: segment",
+        ":6: group", ":8: format.delimiter", ":8: format.encoding", "sampling_frequency",
     ]),
     (USUAL, [":1: files"]),
 ])  # fmt: skip
@@ -186,28 +166,6 @@ def test_all_mistakes_of_a_description_are_listed_with_their_lines(tmp_path, tex
     with pytest.raises(ConfigError) as mistakes:
         measured_source(described(tmp_path, text))
     assert [place for place in places if place not in str(mistakes.value)] == []
-
-
-@pytest.mark.parametrize("text", [
-    "P1 [bar]\n1\n2\n", "time,P1 [bar]\n1,1\n2,2\n", "Time,P1 [bar]\n0,1\n0.5,2\n", "t [s],P1\n1,1\n2,2\n",
-    "t [s],foo [bar]\n1,1\n2,2\n", "t [s],P1 [bar],p_1 [Pa]\n1,1,1\n2,2,2\n", "1.5,2\n3,4\n",
-    "PK\3\4t [s],P1 [bar]\n1,1\n", b"# Pr\xfcfstand\nt [s],P1 [bar]\n0,1\n1,2\n",
-    "t [s]\n0\n1\n".encode("utf-16"),
-])  # fmt: skip
-def test_a_plain_file_that_does_not_say_enough_is_refused(tmp_path, text):
-    with pytest.raises(DataError, match=r"run\.csv"):
-        plain(tmp_path, text)
-    if isinstance(text, bytes) or text.startswith("PK"):
-        content = text if isinstance(text, bytes) else text.encode()
-        with pytest.raises(DataError, match="the stream: is not text"):
-            read_in_pieces(reader(), content)
-
-
-@pytest.mark.parametrize("times", [(1, 2, 3), (0.1, 0.2, 0.3)])
-def test_a_counter_and_what_has_no_unit_are_no_time(tmp_path, times):
-    text = "Time,P1\n" + "".join(f"{time},1\n" for time in times)
-    with pytest.raises(DataError, match=r"run\.csv.*Time"):
-        one(tmp_path, USUAL.replace("sampling_frequency: 1 kHz", "time: {column: Time}"), run_csv=text)
 
 
 def text_of(form, name="time", step=4, n_time=6):
@@ -225,30 +183,38 @@ def test_dates_may_be_the_time(tmp_path, form, name):
     dated = yaml_of("P1: P1", sampling="time: {column: When, unit: s}")
     text = text_of(form, name)
     batch = one(tmp_path, dated, run_csv=text) if name == "When" else plain(tmp_path, text)
-    assert (batch.sampling_frequency, batch.start_time) == (250.0, 0.0)
+    assert (batch.sampling_frequency, batch.start_time, kinds(batch)) == (250.0, 0.0, set())
     np.testing.assert_array_equal(batch[P1], [np.arange(6) * 1e5])
-    assert kinds(batch) == set()
     assert form != UTC or batch.dates == (1769860800.0,)
 
 
 def test_dates_are_exact_to_the_nanosecond_and_a_given_rate_wins(tmp_path):
-    form = "2026-01-31T12:00:00.000{:06}Z"
-    assert plain(tmp_path, text_of(form, step=12_500)).sampling_frequency == 80_000.0
-    assert "uneven" not in kinds(plain(tmp_path, text_of(form, step=1_250)))
+    for step, rate in ((12_500, 80_000.0), (1_250, 800_000.0)):
+        batch = plain(tmp_path, text_of("2026-01-31T12:00:00.000{:06}Z", step=step))
+        assert (batch.sampling_frequency, kinds(batch)) == (pytest.approx(rate, rel=1e-3), set())
     batch = plain(tmp_path, text_of(UTC), 1000.0)
     assert (batch.sampling_frequency, kinds(batch)) == (1000.0, {"unused"})
     assert plain(tmp_path, text_of(UTC) + ";7\n").rejected[0].remark.kind == "time"
 
 
 @pytest.mark.parametrize(("text", "place"), [
+    *((text, r"run\.csv") for text in (
+        "P1 [bar]\n1\n2\n", "time,P1 [bar]\n1,1\n2,2\n", "Time,P1 [bar]\n0,1\n0.5,2\n", "1.5,2\n3,4\n",
+        "t [s],P1\n1,1\n2,2\n", "t [s],foo [bar]\n1,1\n2,2\n", "t [s],P1 [bar],p_1 [Pa]\n1,1,1\n2,2,2\n",
+        b"PK\3\4t [s],P1 [bar]\n1,1\n", b"# Pr\xfcfstand\nt [s],P1 [bar]\n0,1\n1,2\n",
+        "t [s]\n0\n1\n".encode("utf-16"),
+    )),
     (text_of("12:00:00.{:03} PM"), r"run.csv:2: column 'time': '12:00:00.000 PM'.*format"),
     (text_of(UTC) + "soon;7\n", r"run.csv:8: column 'time': 'soon'"),
     (text_of(UTC) + "2026-01-31T12:00:00.024;7\n", "zone"),
     (text_of(UTC).replace(" [bar]", ""), "(?s)'P1': .*time: {column: 'time'}"),
 ])  # fmt: skip
-def test_other_times_are_refused_with_a_remedy(tmp_path, text, place):
+def test_a_plain_file_that_does_not_say_enough_is_refused_with_a_remedy(tmp_path, text, place):
     with pytest.raises(DataError, match=place):
         plain(tmp_path, text)
+    if isinstance(text, bytes):
+        with pytest.raises(DataError, match="the stream: is not text"):
+            read_in_pieces(reader(), text)
 
 
 def test_a_column_of_dates_gives_a_record_its_date(tmp_path):
@@ -266,22 +232,7 @@ def test_plain_columns_are_in_their_unit_or_in_si_by_a_full_name(tmp_path):
     np.testing.assert_array_equal(batch[P1], [[1e5, 3e5, 5e5]])
     np.testing.assert_array_equal(batch[P2], [[2e6, 4e6, 6e6]])
     text = "time,chamber_1_pressure,piston_position\n0,1,0.1\n0.5,2,0.2\n1,3,0.3\n"
-    batch = plain(tmp_path, text)
-    assert (batch.sampling_frequency, batch[P1].tolist(), batch.relative) == (2.0, [[1.0, 2.0, 3.0]], set())
-    channels, time = "P1: {column: chamber_1_pressure, unit: bar}", "time: {column: time, unit: ms}"
-    batch = one(tmp_path, yaml_of(channels, sampling=time), run_csv=text)
-    assert (batch.sampling_frequency, batch[P1].tolist()) == (2000.0, [[1e5, 2e5, 3e5]])
-
-
-@pytest.mark.parametrize(("header", "row", "symbols", "first"), [
-    ("Zeit [s];Druck A [bar];Druck B [bar];Weg [mm];Spannung [mV];Druck P [kg]", "{};1;2;3;4;5",
-     "P1 P2 x u", 1e5),
-    ("Zeit [s];p A [bar];Ventil [V]", "{},000;105,983;0,001", "P1 u", 10598300.0),
-])  # fmt: skip
-def test_a_suggestion_for_german_names_and_commas_can_be_pasted(tmp_path, header, row, symbols, first):
-    with pytest.raises(DataError) as raised:
-        plain(tmp_path, "\n".join([header, row.format(0), row.format(1)]))
-    (file := tmp_path / "measured.yaml").write_text(str(raised.value).partition("YAML file:\n")[2])
-    batch = read(measured_source(file))
-    assert {channel.symbol for channel in batch.channels} == {*symbols.split()}
-    assert batch[P1][0, 0] == first
+    stated = yaml_of("P1: {column: chamber_1_pressure, unit: bar}", sampling="time: {column: time, unit: ms}")
+    for batch, rate, unit in ((plain(tmp_path, text), 2.0, 1.0), (one(tmp_path, stated), 2000.0, 1e5)):
+        assert (batch.sampling_frequency, batch.relative) == (rate, set())
+        np.testing.assert_array_equal(batch[P1], [[unit, 2 * unit, 3 * unit]])

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import hydrofdi
-from hydrofdi.errors import DataError, HydrofdiError
+from hydrofdi.errors import DataError
 from hydrofdi.records.defects import update_rate
 from hydrofdi.records.source import measured_source, plain_source, write_description
 from hydrofdi.records.times import likely_unit
@@ -66,45 +64,6 @@ def test_a_slow_time_in_seconds_says_so_and_a_usual_rate_or_an_epoch_is_believed
     assert read(plain_source(written(tmp_path, slow, "time [s]"))).sampling_frequency == 0.5
     assert likely_unit(TIME) == likely_unit(1_764_187_200.0 + TIME) == likely_unit(TIME[:5] * 1e3) == "s"
     assert not kinds(read(plain_source(written(tmp_path, TIME, "time"))))
-
-
-CLOCKS = st.sampled_from(["s", "ms", "µs", "min", "date", "of day", "epoch ms", "exceldays", "FILETIME"])
-
-
-@settings(deadline=None, max_examples=60)
-@given(
-    CLOCKS, st.sampled_from([25.0, 64.0, 100.0, 500.0, 1e3, 2e3, 9_600.0]), st.booleans(), st.booleans(),
-    st.sampled_from(["even", "lost", "repeated", "jitter"]),
-)  # fmt: skip
-def test_any_clock_gives_the_rate_or_is_refused(tmp_path_factory, clock, rate, is_stated, is_proposed, fault):
-    n_time, day = 300, np.datetime64("2026-05-05T23:59:59.900", "ns")
-    instants = np.arange(n_time) / rate
-    if fault == "lost":
-        instants = np.delete(instants, 150)
-    elif fault == "repeated":
-        instants[150] = instants[149]
-    elif fault == "jitter":
-        instants = instants + np.random.default_rng(1).uniform(-0.3, 0.3, n_time) / rate
-    dates = day + np.rint(instants * 1e9).astype("timedelta64[ns]")
-    since = (dates - np.datetime64(0, "ns")) / np.timedelta64(1, "s")
-    times, unit = {
-        "s": (instants, "s"), "ms": (instants * 1e3, "ms"), "µs": (instants * 1e6, "µs"),
-        "min": (instants / 60.0, "min"), "date": (dates, ""), "epoch ms": (np.round(since * 1e3, 3), "ms"),
-        "of day": ([str(each)[11:] for each in dates], ""),
-        "exceldays": (since / 86_400.0 + 25_569.0, "exceldays"),
-        "FILETIME": ([int(each * 1e7) + 116_444_736_000_000_000 for each in since], "FILETIME"),
-    }[clock]  # fmt: skip
-    columns = {"P1 [bar]": 80.0 + 20.0 * np.sin(np.arange(len(times)) * 0.11)}
-    title = f"time [{unit}]" if unit and (is_stated or unit == "min") else "time"
-    file = written(tmp_path_factory.mktemp("clock"), times, title, columns)
-    try:
-        batch = proposed(file)[0] if is_proposed else read(plain_source(file))
-    except HydrofdiError:
-        return
-    if fault == "even" and batch.n_record:
-        assert batch.sampling_frequency == pytest.approx(rate, rel=1e-3)
-    elif batch.n_record and not is_proposed:
-        assert any(each.is_unusable for each in batch.remarks[0])
 
 
 def test_joined_rasters_need_resample_which_the_proposal_states_with_the_true_rates(tmp_path):

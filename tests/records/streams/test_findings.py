@@ -1,5 +1,3 @@
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -15,7 +13,7 @@ from tests.records.streams.plain import (
     run,
     time_windows,
     windows_of,
-)
+)  # fmt: skip
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 V, U = Channel.PISTON_VELOCITY, Channel.INPUT_VOLTAGE
@@ -96,14 +94,6 @@ def test_a_logger_whose_clock_begins_at_zero_again_is_told_from_a_stream_that_co
     assert [piece.time[0] for piece in pieces] == [time[599]]
 
 
-def test_a_step_leaves_its_state_as_it_was():
-    state, _, _ = _stream([0.0, 0.1, 0.1])
-    before = {name: array.copy() for name, array in state.items()}
-    _stream([0.1, 0.0, np.nan, 9.0], state=state)
-    for name, array in before.items():
-        np.testing.assert_array_equal(state[name], array)
-
-
 steps = st.one_of(
     st.sampled_from([1.0] * 6 + [0.0, -1.0, -5.0, 2.0, 1.49, 1.51, 100.0, -100.0, np.nan, np.inf, -np.inf]),
     st.floats(0.8, 1.2),
@@ -115,10 +105,8 @@ frequencies = st.sampled_from([0.1, 0.3, 100.0])
 """A clock that was set back is believed after 10, 18, 6000 samples."""
 edges = st.sampled_from(["rising", "falling", "both"])
 windowings = st.one_of(
-    st.fixed_dictionaries(
-        {"by": st.just("time"), "n_sample": st.integers(1, 9), "n_every": st.integers(1, 12)}
-    ),
-    st.fixed_dictionaries({"by": st.just("cycle"), "n_sample": st.integers(1, 9), "edge": edges}),
+    st.builds(dict, by=st.just("time"), n_sample=st.integers(1, 9), n_every=st.integers(1, 12)),
+    st.builds(dict, by=st.just("cycle"), n_sample=st.integers(1, 9), edge=edges),
 )
 
 
@@ -136,12 +124,6 @@ def streams(draw):
     return frequency, np.array(time, dtype=float), {P1: np.arange(len(time)) + 1e5 * values, U: values}
 
 
-def _run(stream, windowing, sizes):
-    frequency, time, channels = stream
-    windower = _windower(windowing, frequency)
-    return run(EvenStream(frequency, (P1, U)), windower, chunks(time, channels, sizes))
-
-
 def _windower(windowing, frequency):
     return make_windower(**windowing, channels=(P1, U), sampling_frequency=frequency, drive=(-1.0, 1.0))
 
@@ -151,10 +133,6 @@ def _same(one, other):
     assert {each: row.tobytes() for each, row in one.channels.items()} == {
         each: row.tobytes() for each, row in other.channels.items()
     }
-
-
-def _bytes(state):
-    return {name: array.tobytes() for name, array in state.items()}
 
 
 def _totals(findings):
@@ -168,8 +146,9 @@ def _totals(findings):
 @given(streams(), windowings, sizes)
 def test_windows_and_findings_are_those_of_a_loop_over_samples_whatever_the_chunks(stream, windowing, sizes):
     frequency, time, channels = stream
-    whole, parts = _run(stream, windowing, [len(time) + 1]), _run(stream, windowing, sizes)
-    record = windows_of(time, channels, _windower(windowing, frequency))
+    even, windower = EvenStream(frequency, (P1, U)), _windower(windowing, frequency)
+    whole, parts = (run(even, windower, chunks(time, channels, each)) for each in ([len(time) + 1], sizes))
+    record = windows_of(time, channels, windower)
     for one, other, third in zip(whole[1], parts[1], record, strict=True):
         _same(one, other)
         _same(one, third)
@@ -178,7 +157,13 @@ def test_windows_and_findings_are_those_of_a_loop_over_samples_whatever_the_chun
         for found in (whole[2], parts[2])
     ]
     assert said[0] == said[1]
-    assert [_bytes(state) for state in whole[3]] == [_bytes(state) for state in parts[3]]
+    for state, other in zip(whole[3], parts[3], strict=True):
+        assert {name: array.tobytes() for name, array in state.items()} == {
+            name: array.tobytes() for name, array in other.items()
+        }
+        assert all(array.base is None for array in other.values())  # never more than a window is kept
+        assert sum(array.nbytes for array in other.values()) < 24 * windowing["n_sample"] + 200
+    assert not any(np.shares_memory(window.channels[P1], channels[P1]) for window in record)
     places, totals = accepted(time, frequency)
     assert _totals(whole[2]) == _totals(parts[2]) == totals
     if windowing["by"] == "time":
@@ -285,30 +270,3 @@ def test_the_unit_of_a_time_in_another_one_is_asked_for():
         stream = EvenStream(FREQUENCY, (P1,))
         events = stream.step(stream.start(), Chunk(time * factor, samples))[2]
         assert f"in {unit}?" in events[-1].text
-
-
-def test_windows_own_their_samples():
-    time, samples = _healthy()
-    windower = make_windower("time", 20, 5, channels=(P1,), sampling_frequency=FREQUENCY)
-    windows = windows_of(time, samples, windower)
-    assert not any(np.shares_memory(one.channels[P1], two.channels[P1]) for one, two in pairwise(windows))
-    assert not any(np.shares_memory(window.channels[P1], samples[P1]) for window in windows)
-
-
-@pytest.mark.parametrize("windowing", [
-    {"by": "time", "n_sample": 1000, "n_every": 400}, {"by": "time", "n_sample": 100, "n_every": 1_000_000},
-    {"by": "cycle", "n_sample": 1000, "drive": (-9.0, -8.9)},
-], ids=["sliding", "apart", "cycles that never end"])  # fmt: skip
-def test_the_state_stays_as_small_as_a_window_over_many_samples(windowing):
-    stream = EvenStream(1000.0, (P1, U))
-    windower = make_windower(**windowing, channels=(P1, U), sampling_frequency=1000.0)
-    state, held, tick = stream.start(), windower.start(), np.arange(5000) / 1000.0
-    wave = np.sin(2.0 * np.pi * 0.93 * tick)
-    for count in range(20):
-        time = 10.0 * (count // 7) + 5.0 * count + tick
-        state, pieces, _ = stream.step(state, Chunk(time, {P1: 1e6 * wave, U: wave}))
-        for piece in pieces:
-            held = windower.step(held, piece)[0]
-        for stored in (state, held):
-            assert all(array.base is None for array in stored.values())
-            assert sum(array.nbytes for array in stored.values()) < 24 * windowing["n_sample"] + 200

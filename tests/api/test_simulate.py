@@ -86,19 +86,6 @@ STUDY = {
 }
 
 
-def test_a_mapping_asks_for_the_runs_of_a_file_the_same_call_for_none_and_keywords_win(small_sweep, tmp_path):
-    swept = hydrofdi.sweep(STUDY, out=tmp_path / "small", engine="in-process")
-    stored = hydrofdi.load(small_sweep.directory)
-    assert swept.data.columns["run_id"].tolist() == stored.data.columns["run_id"].tolist()
-    assert "population" not in stored.dataset.coords
-    before = swept.file.read_bytes()
-    hydrofdi.sweep(STUDY, out=str(swept.folder), engine="in-process")
-    assert swept.file.read_bytes() == before
-    asked = {"out": tmp_path / "out", "engine": "in-process", "workers": 1}
-    shorter = hydrofdi.sweep(small_sweep.config, duration="1 s", **asked)
-    assert shorter.data.experiment.record.duration == 1.0
-
-
 def test_the_dataset_has_all_runs_and_is_read_when_used(small_sweep, tmp_path):
     dataset = hydrofdi.load(str(small_sweep.directory)).dataset
     assert dict(dataset.sizes) | {"run": 4, "level": 5} == dict(dataset.sizes)

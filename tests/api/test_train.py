@@ -32,12 +32,9 @@ def files(tmp_path_factory):
             text = "".join(f"{value!r}\n" for value in samples.tolist())
             (folder / f"{label}_{number:02}.csv").write_text(f"P1 [Pa]\n{text}")
     description = {
-        "files": "*.csv",
-        "sampling_frequency": "1 kHz",
-        "path": "{label}_{number}.csv",
-        "label": "{label}",
+        "files": "*.csv", "sampling_frequency": "1 kHz", "path": "{label}_{number}.csv", "label": "{label}",
         "channels": {"chamber_1_pressure": {"column": "P1 [Pa]"}},
-    }
+    }  # fmt: skip
     (folder / "rig.yaml").write_text(json.dumps(description))
     return folder / "rig.yaml"
 
@@ -55,9 +52,8 @@ def test_records_in_memory_teach_what_the_command_learns_from_files(files, tmp_p
     options = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--healthy", "sound")
     run("train", files, *options, "--out", tmp_path / "detector.json", check=0)
     told = promise(hydrofdi.Detector.load(tmp_path / "detector.json"))
-    dims = ("record", "time")
     labelled = xarray.DataArray(
-        BOTH, dims=dims, coords={"label": ("record", LABELS)}, name="P1", attrs={"units": "Pa"}
+        BOTH, {"label": ("record", LABELS)}, ("record", "time"), "P1", {"units": "Pa"}
     )
     frames = [pandas.DataFrame({"P1 [Pa]": samples}) for samples in BOTH]
     for given in (
@@ -67,8 +63,7 @@ def test_records_in_memory_teach_what_the_command_learns_from_files(files, tmp_p
         {"data": labelled, "healthy": "sound", "sampling_frequency": RATE},
         {"data": HEALTHY, "sampling_frequency": RATE},
     ):
-        made = promise(hydrofdi.train(**given, **WANTED))
-        assert made == told
+        assert promise(hydrofdi.train(**given, **WANTED)) == told
 
 
 def test_what_is_saved_is_what_is_loaded(tmp_path):

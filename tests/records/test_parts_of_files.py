@@ -124,13 +124,13 @@ STROKES = DRIVEN.replace(
 )
 
 
-def stroke(sign=1.0):
+def stroke(way):
     """At rest to sample 50, moving to 150, then at rest."""
-    position = sign * np.clip(np.arange(400) - 50.0, 0.0, 100.0)
+    position = 3.0 + way * np.clip(np.arange(400) - 50.0, 0.0, 100.0)
     return csv_of(("P1", np.arange(400)), ("x", position), ("u", np.ones(400)))
 
 
-STILL = csv_of(("P1", np.arange(400)), ("x", np.full(400, 3.0)), ("u", np.ones(400)))
+OUT, BACK, STILL = stroke(1.0), stroke(-1.0), stroke(0.0)
 
 
 def strokes(folder, more="", labels=False, **texts):
@@ -138,7 +138,7 @@ def strokes(folder, more="", labels=False, **texts):
 
 
 def test_direction_group_and_label(tmp_path):
-    texts = {"A 1_csv": stroke(), "A 2_csv": stroke(-1.0), "A 10_csv": STILL, "odd_csv": stroke()}
+    texts = {"A 1_csv": OUT, "A 2_csv": BACK, "A 10_csv": STILL, "odd_csv": OUT}
     batch = strokes(tmp_path, labels=True, **texts)
     assert batch.groups == ("A+", "A-", "A0")
     assert batch.labels == ("1", "2", "10")
@@ -151,13 +151,13 @@ def test_direction_group_and_label(tmp_path):
     ("{part: impact, length: 0.5 s}", 142, 50), ("{part: impact, before: 0, length: 1 s}", 148, 100),
 ])  # fmt: skip
 def test_segments_of_a_stroke(tmp_path, segment, first, n_time):
-    texts = {"A 1_csv": stroke(), "A 2_csv": stroke(-1.0)}
+    texts = {"A 1_csv": OUT, "A 2_csv": BACK}
     batch = strokes(tmp_path, f"segment: {segment}\n", **texts)
     assert (first_samples(batch), batch.n_time, batch.groups) == ([first] * 2, n_time, ("A+", "A-"))
 
 
 def test_a_segment_that_is_not_there_is_a_reason(tmp_path):
-    texts = {"A 1_csv": stroke(), "A 2_csv": STILL}
+    texts = {"A 1_csv": OUT, "A 2_csv": STILL}
     batch = strokes(tmp_path, "segment: {part: hold, length: 9 s}\n", labels=True, **texts)
     assert [(each.remark.kind, each.group, each.label) for each in batch.rejected] == [
         ("short", "A+", "1"), ("no_motion", "A0", "2"),

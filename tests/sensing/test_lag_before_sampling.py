@@ -124,18 +124,6 @@ def test_all_channels_pass_the_same_filter():
         assert jumps[3] < jumps[2] or channel.signal == "oil_temperature", channel
 
 
-def test_sensor_and_filter_act_one_after_the_other():
-    """A second-order sensor damped by 1/√2 is a Butterworth filter of order 2: both commute."""
-    lag = {"pressure_1_sensor.order": "second", "pressure_1_sensor.bandwidth": 80.0}
-    lag |= {"pressure_1_sensor.damping_ratio": 0.5**0.5}
-    swapped = lag | {"pressure_1_sensor.bandwidth": 120.0}
-    filter_ = {"measurement.anti_alias_order": 2}
-    one = run_with(LONG).with_values(lag | filter_ | {"measurement.anti_alias": 120.0})
-    other = run_with(LONG).with_values(swapped | filter_ | {"measurement.anti_alias": 80.0})
-    shown = columns_of(one, other)["chamber_1_pressure"]
-    np.testing.assert_allclose(shown[0], shown[1], rtol=1e-9)
-
-
 def test_delayed_channel_is_that_much_older_than_the_others():
     """By a whole sample it is shifted; in between it shows the signal of the solver."""
     sine = "input={shape: sine, period: 10 ms}"

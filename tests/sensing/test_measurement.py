@@ -79,21 +79,6 @@ def test_bits_do_not_depend_on_order_or_on_neighbours_of_which_one_fails(varied)
     np.testing.assert_array_equal(shuffled["chamber_1_pressure"][6:], happened)
 
 
-def test_runs_that_differ_in_leakage_or_seed_have_independent_noise():
-    noisy = [
-        run_with("pressure_1_sensor.noise=5 kPa", "pressure_2_sensor.noise=5 kPa", *others)
-        for others in ((), ("leakage.internal_coefficient=2e-9",), ("measurement.seed=1",))
-    ]
-    silence, time = np.zeros(1000), np.arange(1000) / 500.0
-    draws = [sensing.sensor_reading(sensing.CHANNELS[0], run, silence, time) for run in noisy]
-    draws.append(sensing.sensor_reading(sensing.CHANNELS[1], noisy[0], silence, time))
-    correlations = np.corrcoef(draws)[np.triu_indices(len(draws), 1)]
-    assert np.max(np.abs(correlations)) < 4.5 / np.sqrt(1000)
-    np.testing.assert_array_equal(
-        sensing.sensor_reading(sensing.CHANNELS[0], noisy[0], silence, time), draws[0]
-    )
-
-
 def test_one_clock_samples_all_channels():
     run = run_with("measurement.jitter=0.1 ms")
     happened, columns = simulate_batch([run], [0.0]), columns_of([run], [0.0])

@@ -29,7 +29,7 @@ from tests.records.measuring import (
     plain,
     read,
     yaml_of,
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize(("text", "kind", "is_remarked"), [

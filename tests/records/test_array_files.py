@@ -30,7 +30,7 @@ from tests.records.measuring import (
     plain,
     read,
     yaml_of,
-)  # fmt: skip
+)
 
 BAR = np.array([100.0, 101.5, 99.25, 102.125, 7.0])
 TABLE = np.column_stack([BAR, BAR + 1])
@@ -247,14 +247,11 @@ PAGE = (REPOSITORY / "docs" / "measured.md").read_text(encoding="utf-8")
 def test_the_example_of_the_page_reads_a_file_as_it_says(tmp_path):
     example, *_ = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
     time = np.arange(9000)
-    voltage = np.where(time // 1000 % 4 < 2, 2, -2)
-    columns = (
-        ("t [ms]", time),
-        ("P1 [bar]", 100 + time % 7),
-        ("P2", 90 + time % 5),
-        ("I_s [mA]", 4 + time % 2),
-    )
-    text = csv_of(*columns, ("x", -0.05 * (time % 4000)), ("u", voltage), sign=";").replace(".", ",")
+    columns = {
+        "t [ms]": time, "P1 [bar]": 100 + time % 7, "P2": 90 + time % 5, "I_s [mA]": 4 + time % 2,
+        "x": -0.05 * (time % 4000), "u": np.where(time // 1000 % 4 < 2, 2, -2),
+    }  # fmt: skip
+    text = csv_of(*columns.items(), sign=";").replace(".", ",")
     (folder := tmp_path / "runs" / "unit 7").mkdir(parents=True)
     (folder / "sealed 3.csv.gz").write_bytes(gzip.compress(text.encode()))
     batch = next(measured_source(described(tmp_path, example)).batches(labels=True))
@@ -281,10 +278,7 @@ DATES = NANOSECONDS.astype("datetime64[ns]")
     (np.arange(60) * np.timedelta64(2, "ms"), None, np.nan),
 ], ids=["integers", "texts", "archive", "NetCDF", "durations"])  # fmt: skip
 def test_a_clock_of_a_dataset_or_an_archive_gives_rate_and_date(tmp_path, times, attributes, date):
-    pressure, file = (
-        80.0 + np.sin(0.3 * np.arange(60)),
-        tmp_path / ("run.npz" if attributes is None else "run.h5"),
-    )
+    file, pressure = tmp_path / "run.npz", 80.0 + np.sin(0.3 * np.arange(60))
     if attributes is None:
         np.savez(file, **{"time": times, "P1 [bar]": pressure})
     else:

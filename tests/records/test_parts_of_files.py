@@ -15,7 +15,6 @@ from tests.records.measuring import (
     P1,
     POSITION,
     USUAL,
-    batches,
     columns,
     csv_of,
     described,
@@ -23,7 +22,7 @@ from tests.records.measuring import (
     one,
     plain,
     yaml_of,
-)  # fmt: skip
+)
 
 RNG = np.random.default_rng(5)
 PRESSURE = 8e6
@@ -72,9 +71,9 @@ def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
 def test_times_that_are_none_make_no_record_and_a_wrong_or_second_sampling_is_refused(tmp_path, times, place):
     assert place in one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.message
     with pytest.raises(DataError, match="bar"):
-        batches(tmp_path, TIMED, run_csv=timed([0, 1, 2], "t [bar]"))
+        one(tmp_path, TIMED, run_csv=timed([0, 1, 2], "t [bar]"))
     with pytest.raises(ConfigError, match="sampling_frequency"):
-        batches(tmp_path, TIMED + "sampling_frequency: 1 kHz\n")
+        one(tmp_path, TIMED + "sampling_frequency: 1 kHz\n")
     with pytest.raises(DataError, match="sampling frequency"):
         plain(tmp_path, "t [s],P1 [bar]\n0,1\n1,2\n", 5.0)
 

@@ -23,7 +23,7 @@ from tests.records.measuring import (
     one,
     plain,
     yaml_of,
-)  # fmt: skip
+)
 
 PRESSURE = np.array([100.0, 101.5, 99.25, 102.125])
 

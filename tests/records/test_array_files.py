@@ -15,7 +15,6 @@ from hydrofdi.records import Channel
 from hydrofdi.records.columns import NAMES
 from hydrofdi.records.source import measured_source, plain_source
 from hydrofdi.store.experiment_file import read_experiment
-from tests.commands import run
 from tests.conftest import REPOSITORY
 from tests.records.measuring import (
     BOTH,
@@ -228,17 +227,6 @@ def test_a_huge_first_line_is_refused_in_a_short_sentence(tmp_path, line):
     with pytest.raises(DataError) as refused:
         plain(tmp_path, f"{line}\n1,2,3\n")
     assert len(str(refused.value)) < 3000
-
-
-@pytest.mark.parametrize(("unit", "factor", "shown"), [
-    ("bar", 1, ["bar", "100", "102.9", "106"]), ("counts", 1, ["counts", "100", "102.9", "106"]),
-    ("Pa", 100_000, ["MPa", "10", "10.29", "10.6"]),
-])  # fmt: skip
-def test_channels_are_shown_in_the_unit_of_their_files_and_si_by_size(tmp_path, unit, factor, shown):
-    rows = "".join(f"{0.01 * n:.2f},{factor * (100 + n % 7)}\n" for n in range(50))
-    (tmp_path / "run.csv").write_text(f"time [s],P1 [{unit}]\n{rows}")
-    lines = [line.split() for line in run("inspect", "run.csv", cwd=tmp_path).stdout.splitlines()]
-    assert next(line for line in lines if line[:1] == ["chamber_1_pressure"])[1:5] == shown
 
 
 PAGE = (REPOSITORY / "docs" / "measured.md").read_text(encoding="utf-8")

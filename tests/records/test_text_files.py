@@ -11,19 +11,7 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import text as formats_text
 from hydrofdi.records.source import measured_source, plain_source
 from tests.monitor.streams import read_in_pieces, reader
-from tests.records.measuring import (
-    BOTH,
-    P1,
-    P2,
-    USUAL,
-    batches,
-    csv_of,
-    described,
-    kinds,
-    one,
-    plain,
-    yaml_of,
-)
+from tests.records.measuring import BOTH, P1, P2, USUAL, described, kinds, one, plain, yaml_of
 
 PRESSURE = np.array([100.0, 101.5, 99.25, 102.125])
 
@@ -130,13 +118,6 @@ def test_numbers_without_header_are_found_by_their_column(tmp_path, form, text, 
             one(tmp_path, counted, run_csv=text)
     else:
         np.testing.assert_array_equal(one(tmp_path, counted, run_csv=text)[P1], [expected])
-
-
-def test_files_come_in_natural_order_and_equal_ones_side_by_side(tmp_path):
-    texts = {f"run{n}_csv": csv_of(("P1", PRESSURE + n)) for n in (10, 2, 1)}
-    texts["run3_csv"] = csv_of(("P1", [1, 2, 3]))
-    found = [batch.record_ids for batch in batches(tmp_path, **texts)]
-    assert found == [("run1.csv", "run2.csv"), ("run3.csv",), ("run10.csv",)]
 
 
 @pytest.mark.parametrize(("text", "places"), [

@@ -1,7 +1,5 @@
 """The experiment file: what it holds, its units and signals."""
 
-from pathlib import Path
-
 import h5py
 import numpy as np
 import pytest
@@ -9,14 +7,9 @@ import xarray
 
 from hydrofdi.api.sweeps import collect
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
-from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.config.runs import run_identity
 from hydrofdi.execution.compute import Batch, Job, compute_columns, compute_shard
-from hydrofdi.execution.simulated import SimulatedRecords
-from hydrofdi.store import names
-from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import write_request
-from hydrofdi.store.results import read_results
 from hydrofdi.transforms import detail_rms
 from tests.commands import run_json
 from tests.conftest import sweep_in
@@ -80,17 +73,6 @@ def test_only_signals_that_were_not_kept_are_computed_when_they_are_asked_for(tm
                 np.testing.assert_array_equal(file[name], whole[name])
 
 
-@pytest.mark.parametrize(("given", "text"), [
-    (["spool_position", "chamber_1_pressure"], "spool_position,chamber_1_pressure"),
-    (["chamber_1_pressure", "spool_position"], "spool_position,chamber_1_pressure"),
-    (["chamber_2_pressure", "chamber_1_pressure"], "pressures"), ([], "none"), (list(names.SIGNALS), "all"),
-])  # fmt: skip
-def test_a_choice_of_signals_has_one_text_and_is_read_back(given, text):
-    store = StoreConfig(signals=given)
-    assert store.signals == text
-    assert StoreConfig.model_validate_json(store.model_dump_json()) == store
-
-
 UNSET = """\
 name: unset
 input: {period: 0.5 s}
@@ -112,37 +94,6 @@ def test_a_number_that_is_not_set_is_nan_texts_have_no_unit_and_units_one_style(
     expected = {"actuator_stroke": "m", "analysis_discard": "", "flow_balance.leakage": "m3 s-1"}
     assert units.items() >= expected.items()
     assert not [name for name, unit in units.items() if set("/^") & set(unit)]
-
-
-_ANALYSES = """\
-name: analyses
-record: {duration: 2 s}
-store: {signals: pressures}
-analysis: {discard: 1 s}
-sweep:
-  grid:
-    analysis.discard: [0 s, 1 s]
-    fluid.bulk_modulus: [551 MPa, 689 MPa]
-"""
-
-
-def test_records_have_the_identity_of_the_file_and_come_once(tmp_path: Path) -> None:
-    swept = sweep_in(tmp_path, _ANALYSES)
-    columns = read_results(swept.file).columns
-    named = list(dict.fromkeys(columns["record_id"].astype(str)))
-    assert len(columns["run_id"]) == 4
-    assert len(named) == 2
-    for source in (
-        StoredRecords(read_results(swept.file), "file"),
-        StoredRecords(read_results(swept.directory), "folder"),
-        SimulatedRecords(load_experiment(swept.config), "simulated"),
-    ):
-        batches = list(source.batches(labels=True))
-        assert [record for batch in batches for record in batch.record_ids] == named
-        assert [label for batch in batches for label in batch.labels] == [
-            "sealed, 551 MPa",
-            "sealed, 689 MPa",
-        ]
 
 
 EXPERIMENT = {

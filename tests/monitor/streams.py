@@ -1,6 +1,7 @@
 """A detector by hand, streams that it watches, and a source that gives them."""
 
 import json
+import time
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -69,6 +70,38 @@ class Reading(NamedTuple):
 def reading_of(source, timeout):
     chunk = source.read(timeout)
     return Reading(chunk, [source.events.popleft() for _ in range(len(source.events))], source.is_over)
+
+
+class Reader:
+    """What a source gave, until something is there or half a minute has passed."""
+
+    def __init__(self, source):
+        self._source, self.chunks, self.events = source, [], []
+
+    def until(self, is_there):
+        end = time.monotonic() + 30.0
+        while not is_there():
+            assert time.monotonic() < end, (self.times.size, self.events)
+            chunk, events, _ = reading_of(self._source, 0.02)
+            self.chunks += [chunk] if chunk else []
+            self.events += events
+        return self
+
+    def has(self, kind, times=1):
+        return self.until(lambda: len(self.said(kind)) >= times)
+
+    def has_until(self, instant):
+        return self.until(lambda: instant in self.times)
+
+    def said(self, kind):
+        return [event.text for event in self.events if event.kind is kind and not event.is_silent]
+
+    @property
+    def times(self):
+        return np.concatenate([[], *(chunk.time for chunk in self.chunks)])
+
+    def channel(self, channel):
+        return np.concatenate([chunk.channels[channel] for chunk in self.chunks])
 
 
 class Samples(StreamSource):

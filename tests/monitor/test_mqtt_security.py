@@ -17,7 +17,8 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
 from hydrofdi.records.streams import EventKind
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
-from tests.monitor.test_mqtt import connected, events, source_at, until
+from tests.monitor.streams import Reader
+from tests.monitor.test_mqtt import connected, source_at
 
 
 @dataclass
@@ -73,132 +74,102 @@ def authority(tmp_path):
     return authority_in(tmp_path)
 
 
-@pytest.fixture
-def encrypted(tmp_path, authority):
-    lines = encrypted_by(signed(authority, "broker"))
-    yield from running(Broker(tmp_path, f"cafile {authority.certificate}", *lines))
+def secure(broker):
+    return broker.address().replace("mqtt://", "mqtts://")
 
 
-def password_file(folder, text=SECRET + "\n", mode=0o600):
-    file = folder / "password"
-    file.write_text(text)
-    file.chmod(mode)
-    return file
-
-
-def secure(broker, topic="press/samples"):
-    return broker.address(topic).replace("mqtt://", "mqtts://")
-
-
-def reason(closing, address, config):
-    source = closing(source_at(address, config))
-    readings = until(source, lambda readings: events(readings, EventKind.DISCONNECTED))
-    return events(readings, EventKind.DISCONNECTED)[0].text
-
-
-@needs_mosquitto
-@pytest.mark.parametrize("password", ["wrong-" + SECRET, None])
-def test_a_wrong_password_is_said_without_the_password(guarded, closing, tmp_path, password):
-    config = MqttConfig()
-    if password:
-        config = MqttConfig(username="press", password_file=password_file(tmp_path, password))
-    assert SECRET not in reason(closing, guarded.address(), config)
+def refused(closing, broker, **config):
+    """Why a broker cannot be read."""
+    reader = Reader(closing(source_at(secure(broker), MqttConfig(**config)))).has(EventKind.DISCONNECTED)
+    return reader.said(EventKind.DISCONNECTED)[0]
 
 
 @needs_mosquitto
 def test_a_renewed_password_is_taken_without_a_restart_and_one_that_all_can_read_is_warned_of(
     guarded, closing, tmp_path
 ):
-    file = password_file(tmp_path, "old", mode=0o644)
+    file = tmp_path / "password"
+    file.write_text("wrong-" + SECRET)
+    file.chmod(0o644)
     source = closing(source_at(guarded.address(), MqttConfig(username="press", password_file=file)))
-    before = until(source, lambda readings: events(readings, EventKind.DISCONNECTED))
-    file.write_text(SECRET)
-    assert len(events(before + connected(source), EventKind.INSECURE)) == 1
+    reader = Reader(source).has(EventKind.DISCONNECTED)
+    file.write_text(SECRET + "\n")
+    reader.has(EventKind.CONNECTED)
+    assert len(reader.said(EventKind.INSECURE)) == 1
+    assert SECRET not in repr(reader.events)
 
 
 @needs_mosquitto
-def test_no_text_shows_the_password(guarded, closing, tmp_path, monkeypatch, capfd, caplog):
+def test_no_text_shows_the_password(guarded, closing, monkeypatch, capfd, caplog):
     caplog.set_level(0)
     monkeypatch.setenv("HYDROFDI_MQTT_USERNAME", "press")
     monkeypatch.setenv("HYDROFDI_MQTT_PASSWORD", SECRET)
-    config = MqttConfig()
-    source = closing(source_at(guarded.address(), config))
-    readings = connected(source)
+    source = closing(source_at(guarded.address()))
+    reader = connected(source)
     guarded.stop()
-    readings += until(source, lambda readings: events(readings, EventKind.DISCONNECTED))
-    texts = [repr(readings), source.name, repr(source), repr(config)]
-    texts += [repr(vars(source)), *capfd.readouterr(), caplog.text]
+    reader.has(EventKind.DISCONNECTED)
+    texts = [repr(reader.events), source.name, repr(vars(source)), *capfd.readouterr(), caplog.text]
     assert not [text for text in texts if SECRET in text]
 
 
 @needs_mosquitto
-def test_a_certificate_is_checked_unless_the_configuration_says_otherwise(encrypted, authority, closing):
-    source = closing(source_at(secure(encrypted), MqttConfig(ca_file=authority.certificate)))
-    assert [event.kind for event in events(connected(source))] == ["connected"]
-    source = closing(source_at(secure(encrypted), MqttConfig(verify=False)))
-    assert len(events(connected(source), EventKind.INSECURE)) == 1
+def test_a_certificate_is_checked_unless_the_configuration_says_otherwise(tmp_path, authority, closing):
+    """That of a stranger and that of another machine are refused."""
+    stranger, own = authority_in(tmp_path, "stranger"), signed(authority, "elsewhere", "127.0.0.99")
+    known = {"ca_file": authority.certificate}
+    for broker in running(Broker(tmp_path, *encrypted_by(signed(authority, "broker")))):
+        reader = connected(closing(source_at(secure(broker), MqttConfig(**known))))
+        assert [event.kind for event in reader.events] == ["connected"]
+        reader = connected(closing(source_at(secure(broker), MqttConfig(verify=False))))
+        assert len(reader.said(EventKind.INSECURE)) == 1
+        assert refused(closing, broker)
+        assert refused(closing, broker, ca_file=stranger.certificate)
+    for broker in running(Broker(tmp_path, *encrypted_by(own))):
+        assert refused(closing, broker, **known)
 
 
 @needs_mosquitto
 def test_a_broker_may_ask_for_a_certificate(tmp_path, authority, closing):
-    own, lines = signed(authority, "monitor"), encrypted_by(signed(authority, "broker"))
-    lines = (f"cafile {authority.certificate}", *lines, "require_certificate true")
-    for broker in running(Broker(tmp_path, *lines)):
-        config = MqttConfig(ca_file=authority.certificate, certificate=own.certificate, key=own.key)
+    own, known = signed(authority, "monitor"), {"ca_file": authority.certificate}
+    lines = *encrypted_by(signed(authority, "broker")), f"cafile {authority.certificate}"
+    for broker in running(Broker(tmp_path, *lines, "require_certificate true")):
+        config = MqttConfig(**known, certificate=own.certificate, key=own.key)
         connected(closing(source_at(secure(broker), config)))
-        assert reason(closing, secure(broker), MqttConfig(ca_file=authority.certificate))
+        assert refused(closing, broker, **known)
 
 
-def test_files_that_cannot_be_used_are_named_before_the_start(tmp_path):
-    missing, other = tmp_path / "missing", password_file(tmp_path, SECRET)
-    own, stranger = (identity(tmp_path, name) for name in ("monitor", "stranger"))
-    for config, words in (
-        (MqttConfig(username="press", password_file=missing), "mqtt.password_file"),
-        (MqttConfig(password_file=other), "mqtt.username"),
-        (MqttConfig(username="a", password_file=password_file(tmp_path / "..", "")), "one line"),
-        (MqttConfig(ca_file=missing), "mqtt.ca_file"),
-        (MqttConfig(ca_file=other), "mqtt.ca_file"),
-        (MqttConfig(certificate=own.certificate, key=stranger.key), "mqtt.certificate"),
-    ):
-        with pytest.raises(ConfigError, match=words) as refusal:
-            source_at("mqtts://127.0.0.1:1/t", config)
-        assert SECRET not in str(refusal.value)
-    MqttConfig(certificate=own.certificate, key=own.key)
+@pytest.mark.parametrize(("files", "words"), [
+    ({"username": "press", "password_file": "missing"}, "mqtt.password_file"),
+    ({"password_file": "other"}, "mqtt.username"), ({"username": "a", "password_file": "empty"}, "one line"),
+    ({"ca_file": "missing"}, "mqtt.ca_file"), ({"ca_file": "other"}, "mqtt.ca_file"),
+    ({"certificate": "monitor.crt", "key": "stranger.key"}, "mqtt.certificate"),
+])  # fmt: skip
+def test_files_that_cannot_be_used_are_named_before_the_start(files, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("other").write_text(SECRET)
+    Path("empty").touch()
+    for name in ("monitor", "stranger"):
+        identity(Path(), name)
+    with pytest.raises(ConfigError, match=words) as refusal:
+        source_at("mqtts://127.0.0.1:1/t", MqttConfig(**files))
+    assert SECRET not in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("mqtt:///press", ("localhost", 1883, "press", False)),
-        ("mqtts://broker.example/a/b%20c", ("broker.example", 8883, "a/b c", True)),
-        ("mqtt://[::1]:9/$odd", ("::1", 9, "$odd", False)),
-    ],
-)
+@pytest.mark.parametrize(("text", "expected"), [
+    ("mqtt:///press", ("mqtt", "localhost", 1883, "press")),
+    ("mqtts://broker.example/a/b%20c", ("mqtts", "broker.example", 8883, "a/b c")),
+    ("mqtt://[::1]:9/$odd", ("mqtt", "::1", 9, "$odd")),
+])  # fmt: skip
 def test_addresses(text, expected):
-    address = Address.parse(text)
-    assert (address.host, address.port, address.path, address.scheme == "mqtts") == expected
+    assert Address.parse(text) == Address(*expected)
 
 
-@pytest.mark.parametrize(
-    "text", ["mqtt://host", "mqtt://host/", "mqtt://host:x/t", "mqtt://host:99999/t", "http://host/t",
-             "mqtt://host/a/+/b", "mqtt://host/#", "mqtt://[::1/t", f"mqtt://press:{SECRET}@host/t",
-             f"mqtt://a:{SECRET}@host", "opc.tcp://", "opc.tcp://host:99999", "opc.tcp://host/x?y",
-             f"opc.tcp://me:{SECRET}@host"],
-)  # fmt: skip
+@pytest.mark.parametrize("text", [
+    "mqtt://host", "mqtt://host/", "mqtt://host:x/t", "mqtt://host:99999/t", "http://host/t", "mqtt://host/a/+/b",
+    "mqtt://host/#", "mqtt://[::1/t", f"mqtt://press:{SECRET}@host/t", f"mqtt://a:{SECRET}@host", "opc.tcp://",
+    "opc.tcp://host:99999", "opc.tcp://host/x?y", f"opc.tcp://me:{SECRET}@host",
+])  # fmt: skip
 def test_addresses_that_are_none(text):
     with pytest.raises(ConfigError) as refusal:
         Address.parse(text)
     assert SECRET not in str(refusal.value)
-
-
-@needs_mosquitto
-def test_a_certificate_of_a_stranger_or_of_another_machine_is_refused(
-    encrypted, tmp_path, authority, closing
-):
-    stranger = authority_in(tmp_path, "stranger")
-    for config in (MqttConfig(), MqttConfig(ca_file=stranger.certificate)):
-        assert reason(closing, secure(encrypted), config)
-    elsewhere = signed(authority, "elsewhere", "127.0.0.99")
-    (tmp_path / "elsewhere").mkdir()
-    for broker in running(Broker(tmp_path / "elsewhere", *encrypted_by(elsewhere))):
-        assert reason(closing, secure(broker), MqttConfig(ca_file=authority.certificate))

@@ -1,7 +1,5 @@
 """Encrypted connections to a server that trusts one certificate and knows one user."""
 
-import os
-
 import pytest
 from asyncua import ua
 from asyncua.common.utils import ServiceError
@@ -15,6 +13,8 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.streams import EventKind
+from tests.monitor.brokers import SECRET as PASSWORD
+from tests.monitor.streams import Reader
 from tests.monitor.test_mqtt_security import identity
 from tests.monitor.test_opcua_source import (
     CHANNELS,
@@ -22,12 +22,10 @@ from tests.monitor.test_opcua_source import (
     P1,
     RATE,
     LoopbackServer,
-    Reader,
     connected,
     opened,
+    samples,
 )
-
-PASSWORD = "hunter2-of-the-press"
 
 
 class OneUser:
@@ -83,44 +81,29 @@ def config(identities, tmp_path):
     return made
 
 
-def reason(server, config):
-    with opened(server.url, config) as source:
-        return Reader(source).has(EventKind.DISCONNECTED).said(EventKind.DISCONNECTED)[0]
-
-
 def test_samples_come_encrypted_from_the_server_that_is_meant(server, config):
     with opened(server.url, config()) as source:
         reader = connected(source)
         for name in NODES:
             server.write(name, [1.0, 2.0], [0.0, 0.01])
-        reader.samples(2)
+        samples(reader, 2)
     assert reader.channel(P1).tolist() == [1e5, 2e5]
     assert not [text for text in reader.said(EventKind.INSECURE) if "not encrypted" in text]
 
 
-def refused(config, key):
-    with pytest.raises(ConfigError, match=key) as error:
-        OpcUaSource(Address.parse("opc.tcp://127.0.0.1"), config, CHANNELS, RATE)
-    assert PASSWORD not in str(error.value)
-
-
-def test_files_that_cannot_be_used_are_named(config, tmp_path):
-    refused(config(certificate=tmp_path / "none"), "none")
-    empty = tmp_path / "empty"
-    empty.write_bytes(b"")
-    refused(config(server_certificate=empty), "empty")
-    refused(config(key="stranger"), "certificate")
-
-
-def test_a_password_is_never_sent_unencrypted(monkeypatch):
-    monkeypatch.setitem(os.environ, "HYDROFDI_OPCUA_PASSWORD", PASSWORD)
-    refused(OpcUaConfig(username="press"), "unencrypted")
-
-
-@pytest.mark.parametrize("half", [{"security": "Basic256Sha256"}, {}])
-def test_half_of_the_security_is_refused(half, tmp_path):
-    with pytest.raises(ValueError, match="certificate"):
-        OpcUaConfig(certificate=tmp_path, **half)
+def test_what_cannot_be_used_or_would_send_a_password_unencrypted_is_refused(config, tmp_path, monkeypatch):
+    (empty := tmp_path / "empty").touch()
+    monkeypatch.setenv("HYDROFDI_OPCUA_PASSWORD", PASSWORD)
+    for refused, key in (
+        (config(certificate=tmp_path / "none"), "none"), (config(server_certificate=empty), "empty"),
+        (config(key="stranger"), "certificate"), (OpcUaConfig(username="press"), "unencrypted"),
+    ):  # fmt: skip
+        with pytest.raises(ConfigError, match=key) as error:
+            OpcUaSource(Address.parse("opc.tcp://127.0.0.1"), refused, CHANNELS, RATE)
+        assert PASSWORD not in str(error.value)
+    for half in ({"security": "Basic256Sha256"}, {}):
+        with pytest.raises(ValueError, match="certificate"):
+            OpcUaConfig(certificate=tmp_path, **half)
 
 
 def test_strangers_and_wrong_passwords_are_refused_and_shown_nowhere(server, config, tmp_path, caplog, capfd):
@@ -131,6 +114,7 @@ def test_strangers_and_wrong_passwords_are_refused_and_shown_nowhere(server, con
         (config(own="stranger"), "Untrusted"),
         (config(password_file=wrong), "UserAccessDenied"),
     ):
-        said = reason(server, refused)
+        with opened(server.url, refused) as source:
+            said = Reader(source).has(EventKind.DISCONNECTED).said(EventKind.DISCONNECTED)[0]
         assert blamed in said
         assert PASSWORD not in said + caplog.text + "".join(capfd.readouterr())

@@ -2,7 +2,6 @@
 
 import json
 import random
-import sqlite3
 import urllib.request
 from contextlib import suppress
 from itertools import count
@@ -24,7 +23,7 @@ from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.mqtt import Message
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
-from hydrofdi.monitor.store import StateStore, StoredMachine, WindowLog
+from hydrofdi.monitor.store import StateStore, WindowLog
 from hydrofdi.monitor.topics import TopicSource
 from tests.commands import run
 from tests.monitor.fleets import (
@@ -189,51 +188,6 @@ def test_processes_share_the_machines_by_partitions_and_refuse_the_state_of_anot
     monitor_fleet(fleet, follow=False, state=path, partition="1/3")
     monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db")
     monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db", partition="1/1")
-
-
-def test_a_state_comes_back_with_the_same_bits(tmp_path):
-    draw, store = np.random.default_rng(1), StateStore(tmp_path / "state")
-    state = {
-        "a.held": draw.standard_normal((5, 7)), "a.none": np.empty((3, 0)), "b.n": np.array(-3),
-        "b.flag": np.array([True, False]), "b.nan": np.array([np.nan, -np.inf]), "b.count": np.zeros(2, int),
-    }  # fmt: skip
-    machine = StoredMachine("topic", "digest", {"seen": [1, 2]}, state)
-    with store.opened():
-        store.write({"m'1": machine, "other": machine}, {"place": 3})
-    with store.opened():
-        found = store.read("m'1")
-        assert store.read("unknown") is None
-        assert store.read_log() == {"place": 3}
-    assert (found.source, found.detector, found.position) == ("topic", "digest", {"seen": [1, 2]})
-    assert found.state.keys() == state.keys()
-    for name, array in state.items():
-        assert (found.state[name].dtype, found.state[name].shape) == (array.dtype, array.shape)
-        assert found.state[name].tobytes() == array.tobytes()
-
-
-def executed(command):
-    def change(path):
-        with sqlite3.connect(path) as database:
-            database.execute(command)
-
-    return change
-
-
-@pytest.mark.parametrize(("is_state", "change"), [
-    (False, lambda path: path.write_text("notes of mine, longer than the header of a database" * 20)),
-    (False, executed("create table mine (a)")), (True, executed("pragma user_version = 3")),
-    (True, executed("update machine set state = substr(state, 2)")),
-    (True, lambda path: path.write_bytes(path.read_bytes()[:-4096])),
-], ids=["text", "database", "version", "row", "cut"])  # fmt: skip
-def test_what_is_no_state_of_a_fleet_is_refused_and_left_whole(is_state, change, fleet, tmp_path):
-    path = tmp_path / "fleet.db"
-    if is_state:
-        monitor_fleet(fleet, follow=False)
-    change(path)
-    content = path.read_bytes()
-    with pytest.raises(StoreError, match=r"fleet\.db"):
-        monitor_fleet(fleet, follow=False)
-    assert path.read_bytes() == content
 
 
 def test_metrics_have_the_machine_as_a_label(fleet):

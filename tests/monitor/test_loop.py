@@ -310,6 +310,3 @@ def test_the_state_of_another_source_or_detector_or_in_use_is_refused(tmp_path):
         run(tmp_path, Samples(MADE, name="other"))
     with pytest.raises(StoreError, match="another detector"):
         run(tmp_path, file=made_detector(every=0.5))
-    (tmp_path / "state").write_bytes(b"0" * 64 + b"\n{}\nof an earlier version")
-    with pytest.raises(StoreError, match="version"):
-        run(tmp_path)

@@ -31,8 +31,8 @@ EPOCH = datetime(2026, 1, 1, tzinfo=UTC)
 class LoopbackServer:
     """Variables ``ns=1;s=NAME``, written from the test with time stamps of its own."""
 
-    def __init__(self, initial, set_up=None, user_manager=None):
-        self.url = f"opc.tcp://127.0.0.1:{free_port()}/plant"
+    def __init__(self, initial, port=None, set_up=None, user_manager=None):
+        self.url = f"opc.tcp://127.0.0.1:{port or free_port()}/plant"
         self._initial, self._set_up, self._user_manager = initial, set_up, user_manager
         self._loop = asyncio.new_event_loop()
         self._thread = Thread(target=self._loop.run_forever)

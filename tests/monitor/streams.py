@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrofdi.detectors.trained.lines import WindowLine
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import single_monitor
 from hydrofdi.monitor.machines import Kind
@@ -14,7 +15,7 @@ from hydrofdi.monitor.sources import StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records import Channel
 from hydrofdi.records.description import FormatConfig, LimitsConfig
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event
 from tests.detectors.trained.made import FREQUENCY, signals, with_chart, with_limit
 
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -51,12 +52,12 @@ def rearranged(chunk, places):
     return Chunk(chunk.time[places], {channel: row[places] for channel, row in chunk.channels.items()})
 
 
-def lines_of(watch, chunks):
+def lines_of(watch, chunks, *, is_over=True):
     state, lines = watch.start(), []
     for chunk in chunks:
         state, more = watch.step(state, chunk)
         lines += more
-    return lines + watch.end(state)[1]
+    return lines + (watch.end(state)[1] if is_over else [])
 
 
 class Reading(NamedTuple):
@@ -138,19 +139,32 @@ class Killed(BaseException):
 
 
 class Kept:
-    """A view that keeps what it gets, and ends the process at its n-th reading with samples."""
+    """A view that keeps what it gets, and ends the process at its n-th reading with samples.
 
-    def __init__(self, n_reading=0):
+    `at` calls something when a window of this number comes.
+    """
+
+    def __init__(self, n_reading=0, **at):
         self.lines, self.is_closed, self._left = [], False, n_reading
+        self._calls = {int(name.removeprefix("at_")): call for name, call in at.items()}
 
     def put(self, chunk, lines):
         self._left -= chunk is not None
         if chunk is not None and self._left == 0:
             raise Killed
+        for number in numbers_of(lines):
+            self._calls.get(number, lambda: None)()
         self.lines += lines
 
     def close(self):
         self.is_closed = True
+
+    def events(self, kind):
+        return [line for line in self.lines if isinstance(line, Event) and line.kind == kind]
+
+
+def numbers_of(lines):
+    return [line.number for line in lines if isinstance(line, WindowLine)]
 
 
 def monitor(file, source, view=None, stop=lambda: False, **stated):
@@ -158,15 +172,9 @@ def monitor(file, source, view=None, stop=lambda: False, **stated):
     return single_monitor(Kind(file, MonitorConfig()), source, view, **stated).run(stop)
 
 
-def live(folder, source, view=None, stop=lambda: False, file=None):
-    """One life of a monitor with its state and its log in a folder."""
-    files = {"state": folder / "state", "log": folder / "log.jsonl"}
-    return monitor(file or made_detector(), source, view, stop, **files)
-
-
-def logged(folder, without=("started", "resumed", "stopped")):
-    """Lines of the log that do not tell of starts and ends."""
-    records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
+def logged(path, without=("started", "resumed", "stopped", "connected", "disconnected")):
+    """Lines of a log that do not tell of one life alone."""
+    records = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
     return [each for each in records if each.get("event") not in without]
 
 

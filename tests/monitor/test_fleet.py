@@ -1,9 +1,6 @@
 """A fleet of files: each machine is judged as by itself, and nothing that happens to one disturbs another."""
 
 import json
-import random
-import urllib.request
-from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
@@ -11,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.api.streams import monitor_fleet
 from hydrofdi.detectors.trained.detector import Detector
@@ -25,21 +21,23 @@ from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
 from hydrofdi.monitor.store import StateStore, WindowLog
 from hydrofdi.monitor.topics import TopicSource
-from tests.commands import run
+from tests.commands import run, wait_until
 from tests.monitor.fleets import (
+    Kills,
+    Life,
     expected,
-    killed_at,
     later,
     logged,
     made,
     n_window,
-    once,
+    served,
     write_csv,
     write_fleet,
 )
 from tests.monitor.streams import P1, Killed, made_detector, part, stream
 
 MACHINES = made(3)
+EXPECTED = expected(MACHINES)
 
 
 @pytest.fixture
@@ -49,7 +47,12 @@ def fleet(tmp_path):
     return write_fleet(tmp_path, "press/*.csv")
 
 
-def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet, tmp_path):
+@pytest.fixture
+def log(fleet):
+    return fleet.with_name("fleet.jsonl")
+
+
+def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet, log, tmp_path):
     (tmp_path / "press" / "headless.csv").write_text("1;2;3\n4;5;6\n")
     (tmp_path / "press" / "text.csv").write_text("time [s],P1 [bar]\n" + "no row\n" * 500)
     slow = stream(3)
@@ -60,8 +63,8 @@ def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet,
     said = []
     assert monitor_fleet(fleet, follow=False, on_line=said.append) is Ending.OVER
     assert "behind" not in {line.get("event") for line in said}, "files of another day are not late"
-    found = logged(tmp_path / "fleet.jsonl", without=("started", "stopped"))
-    assert {name: found[name] for name in MACHINES} == expected(MACHINES)
+    found = logged(log, without=("started", "stopped"))
+    assert {name: found[name] for name in MACHINES} == EXPECTED
     kinds = {name: {each["event"] for each in found[name] if "event" in each} for name in found}
     assert kinds["headless"] == kinds["gone"] == {"disconnected"}
     assert kinds["text"] == {"malformed"}
@@ -69,74 +72,56 @@ def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet,
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(fleet, tmp_path, monkeypatch, seed):
-    draw = random.Random(seed)
+def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(
+    fleet, log, tmp_path, monkeypatch, seed
+):
     monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 3000)
-    write, write_log = StateStore.write, WindowLog.write
-    left = {"state": 0, "log": 0}
-
-    def counted(name, function):
-        def call(self, *arguments):
-            function(self, *arguments)
-            left[name] -= 1
-            if left[name] == 0:
-                raise Killed
-
-        return call
-
-    monkeypatch.setattr(StateStore, "write", counted("state", write))
-    monkeypatch.setattr(WindowLog, "write", counted("log", write_log))
+    kills = Kills(monkeypatch, seed, 3, (StateStore, "write"), (WindowLog, "write"))
     write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
-    for life in count():
-        where = draw.choice(["lines", "state", "log"]) if life < 12 else ""
-        left.update(dict.fromkeys(left, 0) | {where: draw.randint(1, 3)})
-        on_line = killed_at(draw.randint(1, 5)) if where == "lines" else None
-        with suppress(Killed):
-            monitor_fleet(fleet, follow=False, on_line=on_line)
+    for number in count():
+        life = kills.begin(fleet, is_last=number == 12, follow=False)
+        life.finish()
+        if not isinstance(life.failure, Killed):
             break
-    assert life > 3
-    assert logged(tmp_path / "fleet.jsonl") == expected(MACHINES)
+    assert number > 3
+    assert logged(log) == EXPECTED
 
 
-def test_samples_that_cannot_be_judged_are_lost_with_an_event_of_their_machine(fleet, tmp_path, monkeypatch):
+def test_samples_that_cannot_be_judged_are_lost_with_an_event_of_their_machine(fleet, log, monkeypatch):
     monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 20_000)
-    step, n_failed = Detector.step, [0]
+    step, first, n_failed = Detector.step, MACHINES["m0"].channels[P1], [0]
 
     def fails(self, state, chunk):
-        is_second = chunk.time[0] > 2.0 and np.isin(chunk.channels["chamber_1_pressure"], first).any()
-        if is_second and n_failed[0] < 3:
+        if chunk.time[0] > 2.0 and np.isin(chunk.channels[P1], first).any() and n_failed[0] < 3:
             n_failed[0] += 1
             raise ZeroDivisionError("a bug")
         return step(self, state, chunk)
 
-    first = MACHINES["m0"].channels["chamber_1_pressure"]
     monkeypatch.setattr(Detector, "step", fails)
     assert monitor_fleet(fleet, follow=False) is Ending.OVER
-    found, alone = logged(tmp_path / "fleet.jsonl"), expected(MACHINES)
-    assert [each["event"] for each in found["m0"] if "event" in each][:2] == ["dropped", "gap"]
-    assert n_window({"m0": found["m0"]}) < n_window({"m0": alone["m0"]})
-    assert {name: found[name] for name in ("m1", "m2")} == {name: alone[name] for name in ("m1", "m2")}
+    found = logged(log)
+    lines = found.pop("m0")
+    assert [each["event"] for each in lines if "event" in each][:2] == ["dropped", "gap"]
+    assert n_window({"m0": lines}) < 12
+    assert found == {name: EXPECTED[name] for name in ("m1", "m2")}
 
 
-def test_a_source_that_failed_is_tried_again_and_its_reason_said_once(fleet, tmp_path, monkeypatch):
+def test_a_source_that_failed_is_tried_again_and_its_reason_said_once(fleet, log, tmp_path, monkeypatch):
     monkeypatch.setattr(machines_module, "RETRY", 0.0)
-    broken, said = tmp_path / "press" / "broken.csv", []
+    broken = tmp_path / "press" / "broken.csv"
     broken.write_text("1;2;3\n")
-
-    def take(record):
-        said.append(record)
-        if record["machine"] == "m2" and record.get("number") == 11:
-            write_csv(broken, MACHINES["m0"])
-
-    stop = once(lambda: sum(each["machine"] == "broken" and each["line"] == "window" for each in said) == 12)
-    assert monitor_fleet(fleet, on_line=take, stop=stop) is Ending.STOPPED
-    events = [each["event"] for each in said if each["machine"] == "broken" and "event" in each]
+    life = Life(fleet)
+    wait_until(lambda: n_window(logged(log)) == 36)
+    write_csv(broken, MACHINES["m0"])
+    wait_until(lambda: n_window(logged(log)) == 48)
+    life.end()
+    events = [each["event"] for each in life.events("broken")]
     assert events[:2] == ["started", "disconnected"]
     assert events.count("disconnected") == 1
-    assert logged(tmp_path / "fleet.jsonl")["broken"] == expected({"m": MACHINES["m0"]}, is_over=False)["m"]
+    assert logged(log)["broken"] == expected({"m": MACHINES["m0"]}, is_over=False)["m"]
 
 
-def test_patterns_choose_detectors_and_with_a_new_one_a_machine_goes_on_counting(fleet, tmp_path):
+def test_patterns_choose_detectors_and_with_a_new_one_a_machine_goes_on_counting(fleet, log, tmp_path):
     (tmp_path / "fine.json").write_text(detector_text(made_detector(every=0.5)))
     said, chosen = [], {"m0": "fine.json", "m[1]": "detector.json"}
     for detectors in (chosen, "fine.json"):
@@ -144,7 +129,7 @@ def test_patterns_choose_detectors_and_with_a_new_one_a_machine_goes_on_counting
         monitor_fleet(fleet, follow=False, on_line=said.append)
         numbers = {
             name: [each["number"] for each in lines if each["line"] == "window"]
-            for name, lines in logged(tmp_path / "fleet.jsonl").items()
+            for name, lines in logged(log).items()
         }
         assert numbers["m0"] == [*range(23)]
         assert numbers["m1"] == [*range(12 if detectors == chosen else 12 + 23)]
@@ -152,21 +137,26 @@ def test_patterns_choose_detectors_and_with_a_new_one_a_machine_goes_on_counting
     assert "m2.csv" in notices[0]["text"]
 
 
-def test_new_files_are_new_machines_while_it_runs(fleet, tmp_path, monkeypatch):
+def test_new_files_are_new_machines_while_it_runs_and_metrics_have_the_machine_as_a_label(
+    fleet, log, tmp_path, monkeypatch
+):
     monkeypatch.setattr("hydrofdi.monitor.opening._LOOK_EVERY", 0.0)
-    said = []
+    life = Life(fleet, metrics="127.0.0.1:0")
+    wait_until(lambda: n_window(logged(log)) == 36)
+    write_csv(tmp_path / "press" / "late.csv", part(MACHINES["m0"], 0, 3000))
+    wait_until(lambda: n_window(logged(log)) == 39)
+    metrics = served(life.lines)
+    life.end()
+    assert n_window({"late": logged(log)["late"]}) == 3
+    counts = dict.fromkeys([*MACHINES, "late"], 0.0)
+    for sample in metrics["windows_judged"]:
+        counts[sample.labels["machine"]] += sample.value
+    assert counts == {"m0": 11.0, "m1": 11.0, "m2": 11.0, "late": 3.0}
+    assert {sample.labels["machine"] for sample in metrics["alarms"]} == {*counts}
+    assert metrics["fleet_events"][0].labels == {"machine": "", "kind": "started"}
 
-    def take(record):
-        said.append(record)
-        if len(said) == 5:
-            write_csv(tmp_path / "press" / "late.csv", part(MACHINES["m0"], 0, 3000))
 
-    stop = once(lambda: sum(each["machine"] == "late" for each in said) == 4)
-    monitor_fleet(fleet, on_line=take, stop=stop)
-    assert n_window({"late": logged(tmp_path / "fleet.jsonl")["late"]}) == 3
-
-
-def test_processes_share_the_machines_by_partitions_and_refuse_the_state_of_another(fleet, tmp_path):
+def test_processes_share_the_machines_by_partitions_and_refuse_the_state_of_another(fleet, log, tmp_path):
     """It lacks machines that others had."""
     config = load_fleet_config(fleet)
     names = [f"press-{number}" for number in range(3000)]
@@ -178,7 +168,7 @@ def test_processes_share_the_machines_by_partitions_and_refuse_the_state_of_anot
     assert min(map(len, parts)) > 900
     for k in (1, 2, 3):
         monitor_fleet(fleet, follow=False, partition=f"{k}/3", state=tmp_path / f"{k}.db")
-    assert logged(tmp_path / "fleet.jsonl") == expected(MACHINES)
+    assert logged(log) == EXPECTED
     path = tmp_path / "1.db"
     content = path.read_bytes()
     for other in ("2/3", "1/2", None):
@@ -186,37 +176,16 @@ def test_processes_share_the_machines_by_partitions_and_refuse_the_state_of_anot
             monitor_fleet(fleet, follow=False, state=path, partition=other)
     assert path.read_bytes() == content
     monitor_fleet(fleet, follow=False, state=path, partition="1/3")
-    monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db")
-    monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db", partition="1/1")
+    for whole in (None, "1/1"):
+        monitor_fleet(fleet, follow=False, state=tmp_path / "whole.db", partition=whole)
 
 
-def test_metrics_have_the_machine_as_a_label(fleet):
-    seen = {}
-
-    def take(record):
-        if "metrics are served" in record.get("text", ""):
-            seen["url"] = record["text"].split()[-1]
-        if record["machine"] == "m2" and record.get("number") == 11:
-            with urllib.request.urlopen(seen["url"], timeout=30) as answer:
-                seen["text"] = answer.read().decode()
-
-    monitor_fleet(fleet, follow=False, metrics="127.0.0.1:0", on_line=take)
-    families = {family.name: family for family in text_string_to_metric_families(seen["text"])}
-    windows = families["hydrofdi_windows_judged"].samples
-    assert {sample.labels["machine"] for sample in windows} == {*MACHINES}
-    assert sum(sample.value for sample in windows if sample.labels["machine"] == "m0") == 11
-    alarms = {sample.labels["machine"]: sample.value for sample in families["hydrofdi_alarms"].samples}
-    assert set(alarms) == {*MACHINES}
-    assert families["hydrofdi_fleet_events"].samples[0].labels == {"machine": "", "kind": "started"}
-
-
-def test_the_command_watches_a_fleet_or_says_what_is_missing(fleet, tmp_path):
+def test_the_command_watches_a_fleet_or_says_what_is_missing(fleet, log, tmp_path):
     done = run("monitor", fleet, "--no-follow", check=0)
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert (lines[0]["event"], lines[-1]["event"]) == ("started", "stopped")
     assert n_window({"all": lines}) == 36
-    log = (tmp_path / "fleet.jsonl").read_text()
-    assert log == done.stdout
+    assert log.read_text() == done.stdout
     write_fleet(tmp_path, "mqtt://h/plant/+", events="mqtt://h/plant/events")
     run("monitor", fleet, check=2)
     write_fleet(tmp_path, "press/*.csv")

@@ -5,15 +5,13 @@ import random
 import signal
 import subprocess
 import time
-import urllib.request
 from collections import defaultdict
 from contextlib import contextmanager
-from itertools import count, islice
+from itertools import islice
 
 import pytest
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
-from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.mqtt import payload_of
@@ -22,22 +20,24 @@ from tests.commands import COMMAND, wait_until
 from tests.monitor.brokers import client_at, needs_mosquitto
 from tests.monitor.fleets import (
     N_WINDOW,
+    Kills,
     Life,
     blocks_of,
     expected,
-    killed_at,
     later,
     logged,
     made,
     n_window,
+    served,
     write_fleet,
 )
-from tests.monitor.streams import Killed, part
+from tests.monitor.streams import part
 
 pytestmark = needs_mosquitto
 
 MACHINES = made(5)
 BLOCKS = blocks_of(MACHINES)
+EXPECTED = expected(MACHINES, is_over=False)
 
 
 @contextmanager
@@ -68,48 +68,33 @@ def fleet(broker, tmp_path):
     return path
 
 
+@pytest.fixture
+def log(fleet):
+    return fleet.with_name("fleet.jsonl")
+
+
 def known(path, **options):
     life = Life(path, **options)
-    wait_until(lambda: life.has_said("connected") or life.failure)
+    wait_until(lambda: life.events(event="connected") or life.failure)
     life.end()
 
 
-def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(
-    broker, fleet, tmp_path, monkeypatch
-):
+def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(broker, fleet, log, monkeypatch):
     """Before or after states are stored, the log is written, and messages are acknowledged."""
-    draw, left = random.Random(3), {}
-    for kind, name in ((StateStore, "write"), (WindowLog, "write"), (topics.Topics, "acknowledge")):
-        call, key = getattr(kind, name), f"{kind.__name__}.{name}"
-
-        def counted(self, *arguments, call=call, key=key):
-            left[key] = left.get(key, 0) - 1
-            if left[key] == 0 and draw.random() < 0.5:
-                raise Killed
-            call(self, *arguments)
-            if left[key] == 0:
-                raise Killed
-
-        monkeypatch.setattr(kind, name, counted)
-        left[key] = 0
-    log = tmp_path / "fleet.jsonl"
+    methods = (StateStore, "write"), (WindowLog, "write"), (topics.Topics, "acknowledge")
+    kills = Kills(monkeypatch, 3, 9, *methods)
     with sender(broker) as publish:
         bad = [("m0", b"no JSON"), ("m9", b'{"time": 0}'), ("m1", b"\xff")]
         blocks = iter([*BLOCKS[:100], *bad, *BLOCKS[100:]])
-        for number in count():
-            is_last = number == 14
-            where = "" if is_last else draw.choice(["lines", *left])
-            left.update(dict.fromkeys(left, 0) | ({where: draw.randint(2, 9)} if where in left else {}))
-            life = Life(fleet, **({"on_line": killed_at(draw.randint(1, 8))} if where == "lines" else {}))
+        for number in range(15):
+            life = kills.begin(fleet, is_last=number == 14)
             for _ in range(10):
-                for block in islice(blocks, None if is_last else 4):
+                for block in islice(blocks, None if number == 14 else 4):
                     publish(*block)
                 life.join(0.05)
-            if is_last:
+            if number == 14:
                 wait_until(lambda: is_done(log))
             life.end()
-            if is_last:
-                break
     found = logged(log)
     assert found.pop("m9")[0]["event"] == "malformed"
     counts = defaultdict(int)
@@ -118,17 +103,17 @@ def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(
             counts[name] += each["count"]
             found[name].remove(each)
     assert counts == {"m0": 1, "m1": 1}
-    assert found == expected(MACHINES, is_over=False)
+    assert found == EXPECTED
 
 
 def is_done(log):
     return n_window(logged(log)) == len(MACHINES) * N_WINDOW
 
 
-def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, fleet, tmp_path, monkeypatch):
+def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, fleet, log, monkeypatch):
     """A machine that stops in the middle of a window holds up no others."""
     monkeypatch.setattr(topics, "MOST_KEPT", 40)
-    log, depths, acknowledge = tmp_path / "fleet.jsonl", [], topics.Topics.acknowledge
+    depths, acknowledge = [], topics.Topics.acknowledge
 
     def noted(self):
         acknowledge(self)
@@ -140,13 +125,13 @@ def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, fleet, tmp
     wait_until(lambda: is_done(log))
     wait_until(lambda: broker.log.count("Received PUBACK from hydrofdi") == len(BLOCKS) + 1)
     life.end()
-    assert logged(log) == expected(MACHINES, is_over=False)
+    assert logged(log) == EXPECTED
     assert max(depths) <= 40
 
 
-def test_when_no_message_comes_the_broker_keeps_none(broker, fleet, tmp_path):
+def test_when_no_message_comes_the_broker_keeps_none(broker, fleet, log):
     """Also if no window ends; after a restart the window continues."""
-    log, blocks = tmp_path / "fleet.jsonl", blocks_of({"m0": MACHINES["m0"]})
+    blocks = blocks_of({"m0": MACHINES["m0"]})
     life = Life(fleet)
     for number in (1, 5):  # the first ones are stored with the event of the start
         send(broker, blocks[:1] if number == 1 else blocks[1:5])
@@ -156,18 +141,16 @@ def test_when_no_message_comes_the_broker_keeps_none(broker, fleet, tmp_path):
     send(broker, blocks[5:])
     wait_until(lambda: n_window(logged(log)) == N_WINDOW)
     life.end()
-    assert logged(log) == expected({"m0": MACHINES["m0"]}, is_over=False)
+    assert logged(log) == {"m0": EXPECTED["m0"]}
 
 
-def test_machines_come_and_go(broker, fleet, tmp_path):
+def test_machines_come_and_go(broker, fleet, log, tmp_path):
     """A silent one is released; it continues in the middle of its window, on a broker that started again."""
     write_fleet(tmp_path, broker.address("plant/+/samples"), idle="1 s", most_machines=2)
-    log = tmp_path / "fleet.jsonl"
-    machine = {"m1": MACHINES["m1"]}
-    blocks = blocks_of(machine)
+    blocks = blocks_of({"m1": MACHINES["m1"]})
     life = Life(fleet)
     send(broker, blocks[:55])
-    wait_until(lambda: any(line["machine"] and line.get("event") == "stopped" for line in life.lines))
+    wait_until(lambda: life.events("m1", "stopped"))
     send(broker, blocks[55:60])
     wait_until(lambda: n_window(logged(log)) == 6)
     broker.stop()
@@ -175,31 +158,33 @@ def test_machines_come_and_go(broker, fleet, tmp_path):
     send(broker, blocks[60:])
     wait_until(lambda: n_window(logged(log)) == N_WINDOW)
     life.end()
-    assert logged(log) == expected(machine, is_over=False)
-    said = [line["event"] for line in life.lines if line["machine"] == "m1" and "event" in line]
+    assert logged(log) == {"m1": EXPECTED["m1"]}
+    said = [line["event"] for line in life.events("m1")]
     assert said[:2] == ["started", "alarm_raised"]
     assert said.index("stopped") < said.index("resumed")
 
 
-def own_files(folder, k):
-    return {"partition": f"{k}/3", "state": folder / f"{k}.db", "log": folder / f"{k}.jsonl"}
+def files_of(folder, k, name=""):
+    """Options of a process with a partition, a state and a log of its own."""
+    place = folder / (name or str(k))
+    return {"partition": f"{k}/3", "state": place.with_suffix(".db"), "log": place.with_suffix(".jsonl")}
+
+
+def command_of(fleet, own):
+    return [*COMMAND, "monitor", str(fleet), *(f"--{key}={value}" for key, value in own.items())]
 
 
 def test_a_second_process_of_a_partition_is_refused_until_the_first_has_ended(broker, fleet, tmp_path):
     """Also if it has another state and log; the end of the first may be a kill."""
 
     def begun(name):
-        own = {"partition": "1/3", "state": tmp_path / f"{name}.db", "log": tmp_path / f"{name}.jsonl"}
-        command = [*COMMAND, "monitor", str(fleet), *(f"--{key}={value}" for key, value in own.items())]
-        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-    def is_connected(process):
-        return any(json.loads(line).get("event") == "connected" for line in process.stdout)
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        return subprocess.Popen(command_of(fleet, files_of(tmp_path, 1, name)), **pipes)
 
     for number, end in enumerate((signal.SIGKILL, signal.SIGTERM)):
         with begun(f"first{number}") as first:
             try:
-                assert is_connected(first)
+                assert any(json.loads(line).get("event") == "connected" for line in first.stdout)
                 with begun("second") as second:
                     _, errors = second.communicate(timeout=120)
                 assert second.returncode == 2
@@ -218,26 +203,22 @@ def test_a_fleet_that_falls_behind_says_so_with_the_age_of_the_samples(broker, f
         now = time.time() - seconds
         return [(name, payload_of(later(part(MACHINES["m0"], 0, 100), now))) for name in names]
 
-    def ages(life, *, is_end):
-        found = [line for line in life.lines if line.get("event") == "behind" and line["is_end"] == is_end]
-        return [line["details"]["age_s"] for line in found]
+    def ages(*, is_end):
+        return [each["details"]["age_s"] for each in life.events(event="behind") if each["is_end"] == is_end]
 
     life = Life(fleet, metrics="127.0.0.1:0")
     send(broker, sent(500.0, ["m0"]))
-    wait_until(lambda: ages(life, is_end=False))
+    wait_until(lambda: ages(is_end=False))
     send(broker, sent(-60.0, ["m0"]))
-    wait_until(lambda: ages(life, is_end=True))
-    (url,) = (line["text"].split()[-1] for line in life.lines if "metrics are served" in line.get("text", ""))
-    with urllib.request.urlopen(url, timeout=30) as answer:
-        families = text_string_to_metric_families(answer.read().decode())
-    (sample,) = (each.samples[0] for each in families if each.name == "hydrofdi_behind_seconds")
+    wait_until(lambda: ages(is_end=True))
+    (sample,) = served(life.lines)["behind_seconds"]
     assert sample.labels == {"machine": ""}
     assert sample.value < 10.0
     send(broker, sent(300.0, ["m1"]))
-    wait_until(lambda: len(ages(life, is_end=False)) == 2)
+    wait_until(lambda: len(ages(is_end=False)) == 2)
     life.end()
-    assert [ages(life, is_end=False)[0], ages(life, is_end=True)[0]] == pytest.approx([500.0] * 2, abs=60.0)
-    assert len(ages(life, is_end=True)) == 2
+    assert [ages(is_end=False)[0], ages(is_end=True)[0]] == pytest.approx([500.0] * 2, abs=60.0)
+    assert len(ages(is_end=True)) == 2
 
 
 @pytest.mark.long
@@ -246,11 +227,10 @@ def test_sigkill_fifty_times_changes_no_window_of_three_processes(broker, fleet,
     draw, machines = random.Random(7), made(20, n_window=30)
     blocks, lives, parts = blocks_of(machines), {}, range(1, 4)
     for k in parts:
-        known(fleet, **own_files(tmp_path, k))
+        known(fleet, **files_of(tmp_path, k))
 
     def start(k):
-        own = [f"--{key}={value}" for key, value in own_files(tmp_path, k).items()]
-        command = [*COMMAND, "monitor", str(fleet), *own]
+        command = command_of(fleet, files_of(tmp_path, k))
         with (tmp_path / "errors").open("a") as errors:
             lives[k] = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors)
 

@@ -1,10 +1,8 @@
 """``hydrofdi replay``: records as a stream, to the bit, at a steady rate, into pipes and a broker."""
 
-import os
 import signal
 import subprocess
 import time
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -24,34 +22,21 @@ def experiment(tmp_path):
     return file
 
 
-def replayed(*arguments):
-    done = run("replay", *arguments, "--rate", "max", check=0)
-    chunk, events = read_in_pieces(reader(), done.stdout.encode(), range(10_000, len(done.stdout), 9_999))
-    assert events == []
-    return chunk, done
-
-
-def records(file, settings=()):
-    return [
-        (batch.time, {channel: samples[row] for channel, samples in batch.channels.items()})
-        for batch in open_records(file, said=Described(settings=settings))[0].batches()
-        for row in range(batch.n_record)
-    ]
-
-
-@pytest.mark.parametrize(("form", "record"), [("csv", None), ("json", "2")])
-def test_samples_are_read_again_to_the_bit_and_records_follow_with_a_gap(experiment, form, record):
-    chunk, done = replayed(experiment, "--format", form, *(["--record", record] if record else []))
-    made = records(experiment)
-    (times, _), n_time = made[0], made[0][0].size
-    for row, (_, channels) in enumerate(made[1:] if record else made):
-        for channel, samples in channels.items():
-            found = chunk.channels[channel][row * n_time : (row + 1) * n_time]
-            assert np.array_equal(found, samples, equal_nan=True), channel
-    assert np.array_equal(chunk.time[:n_time], times)
-    assert set(chunk.channels) == set(channels)
+@pytest.mark.parametrize(("form", "first"), [("csv", 0), ("json", 1)])
+def test_samples_are_read_again_to_the_bit_and_records_follow_with_a_gap(experiment, form, first):
+    options = ["--record", "2"] if first else []
+    done = run("replay", experiment, "--format", form, *options, "--rate", "max", check=0)
+    chunk, unread = read_in_pieces(reader(), done.stdout.encode(), range(10_000, len(done.stdout), 9_999))
+    assert unread == []
+    (source,) = open_records(experiment, said=Described())
+    (batch,) = source.batches()
+    assert set(chunk.channels) == set(batch.channels)
+    for channel, samples in batch.channels.items():
+        assert np.array_equal(chunk.channels[channel], samples[first:].ravel(), equal_nan=True), channel
+    n_time = batch.time.size
+    assert np.array_equal(chunk.time[:n_time], batch.time)
     assert done.stderr.splitlines()[1:] == [f"played {chunk.n_time:,} samples"]
-    if record is None:
+    if not first:
         steps = np.diff(chunk.time)
         assert steps.argmax() == n_time - 1
         assert steps.max() == pytest.approx(10 * steps.min())
@@ -68,17 +53,12 @@ def test_nothing_comes_before_it_is_due_and_stamps_of_now_are_even_to_the_bit(ex
     assert np.array_equal(stamps, start + np.arange(stamps.size) / 500.0)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--rate", "0Hz"], "rate"),
-        (["--to", "file.csv"], "to file.csv"),
-        (["--to", "mqtt://127.0.0.1:1/x", "--format", "csv"], "format"),
-        (["--to", "mqtts://127.0.0.1:1/x", "--config", "absent.yaml"], "absent.yaml"),
-        (["--record", "7"], "'7'"),
-        (["--set", "fluid.nothing=1"], "fluid.nothing"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "said"), [
+    (["--rate", "0Hz"], "rate"), (["--to", "file.csv"], "to file.csv"), (["--record", "7"], "'7'"),
+    (["--to", "mqtt://127.0.0.1:1/x", "--format", "csv"], "format"),
+    (["--to", "mqtts://127.0.0.1:1/x", "--config", "absent.yaml"], "absent.yaml"),
+    (["--set", "fluid.nothing=1"], "fluid.nothing"),
+])  # fmt: skip
 def test_what_can_be_fixed_is_said_in_a_line(experiment, arguments, said):
     done = run("replay", experiment, *arguments, check=2)
     assert said in done.stderr
@@ -86,27 +66,18 @@ def test_what_can_be_fixed_is_said_in_a_line(experiment, arguments, said):
     assert done.stdout == ""
 
 
-@contextmanager
-def started(*arguments):
-    process = subprocess.Popen(
-        [*COMMAND, "replay", *map(str, arguments)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ,
-    )  # fmt: skip
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-
-
 def test_an_interrupt_and_a_reader_that_leaves_end_it(experiment):
-    with started(experiment, "--rate", "max") as process:
-        assert process.stdout.readline().startswith("time [s],P1 [Pa]")
-        process.stdout.close()
-        assert process.wait(60) == 0
-        process.stderr.close()
-    with started(experiment, "--rate", "1Hz") as process:
-        assert process.stdout.readline().startswith("time [s],P1 [Pa]")
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
-    assert (process.returncode, errors.splitlines()[-1].split(" after ")[0]) == (0, "stopped")
+    for is_left in (True, False):
+        command = [*COMMAND, "replay", str(experiment), "--rate", "max" if is_left else "1Hz"]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        with subprocess.Popen(command, text=True, **pipes) as process:
+            try:
+                assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+                if is_left:
+                    process.stdout.close()
+                else:
+                    process.send_signal(signal.SIGINT)
+                assert process.wait(60) == 0
+                assert is_left or process.stderr.read().splitlines()[-1].startswith("stopped after ")
+            finally:
+                process.kill()

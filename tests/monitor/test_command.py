@@ -22,7 +22,6 @@ from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.opening import open_stream
 from tests.commands import COMMAND, run, run_json, run_process, wait_until
-from tests.monitor.machines import ONSET
 
 PATIENCE = 120.0
 """Longest time that anything is waited for [s]."""
@@ -52,7 +51,7 @@ def test_a_leak_that_sets_in_raises_an_alarm_within_two_windows(machine):
     assert done.returncode == 0, done.stderr
     assert len(windows(done.stdout)) == machine.n_window
     raised = {each["event"]: each["time"] for each in records(done.stdout, "event")}["alarm_raised"]
-    assert ONSET < raised < ONSET + 4.1
+    assert machine.onset < raised < machine.onset + 4.1
     assert windows(done.stdout)[-1]["condition"] == "alarm"
     assert (events(done.stdout)[0], events(done.stdout)[-1]) == ("started", "stopped")
     assert events(done.stdout).count("alarm_raised") == done.stderr.count("--state") == 1
@@ -235,7 +234,7 @@ def test_files_that_look_like_addresses_are_read_and_no_detector_keeps_credentia
     file.write_bytes(machine.stream.read_bytes())
     assert run("monitor", machine.detector, file, "--no-follow", check=0).stdout
     folder.mkdir(parents=True)
-    (folder / "healthy.csv").write_bytes(machine.stream.with_name("healthy.csv").read_bytes())
+    (folder / "healthy.csv").write_bytes(machine.healthy.read_bytes())
     arguments = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--window", "2 s")
     run("train", f"http://me:{SECRET}@host/healthy.csv", *arguments, "--out", "detector.json", check=0)
     assert SECRET not in json.loads(Path("detector.json").read_text())["made"]["command"]

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from tests.commands import COMMAND, run, wait_until
-from tests.monitor.machines import ONSET
 from tests.monitor.streams import logged
 from tests.records.measuring import csv_of
 
@@ -23,7 +22,9 @@ def stream(machine, n_minute, chance):
     draw = np.random.default_rng(0)
     n_sample = 60 * n_minute * FREQUENCY
     time, pressure = np.loadtxt(machine.stream, delimiter=",", skiprows=1, unpack=True)
-    healthy, leaking = (np.resize(pressure[part], n_sample) for part in (time < ONSET, time >= ONSET))
+    healthy, leaking = (
+        np.resize(pressure[part], n_sample) for part in (time < machine.onset, time >= machine.onset)
+    )
     samples = np.where(np.arange(n_sample) < 2 * n_sample // 3, healthy, leaking)
     rows = np.column_stack([np.arange(n_sample) / FREQUENCY, samples])
     for _ in range(4 * n_minute):

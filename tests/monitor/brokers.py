@@ -19,15 +19,13 @@ PROGRAM = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin
 SECRET = "hunter2-of-the-press"
 """A password."""
 
-needs_mosquitto = pytest.mark.skipif(
-    PROGRAM is None, reason="mosquitto is not installed: apt install mosquitto"
-)
-
 
 class Broker:
     """mosquitto, with what it keeps in a folder of its own."""
 
     def __init__(self, folder, *lines, anonymous=True):
+        if PROGRAM is None:
+            pytest.skip("mosquitto is not installed: apt install mosquitto")
         self.port = free_port()
         self.folder = folder
         self._config = folder / "mosquitto.conf"
@@ -50,7 +48,7 @@ class Broker:
 
     def start(self):
         with (self.folder / "mosquitto.log").open("ab") as log:
-            command = [str(PROGRAM), "-c", str(self._config), "-v"]
+            command = [PROGRAM, "-c", str(self._config), "-v"]
             self._process = subprocess.Popen(command, stdout=log, stderr=log)
         try:
             wait_until(self._answers, self._process)

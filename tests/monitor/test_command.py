@@ -70,21 +70,6 @@ def test_the_description_that_inspect_wrote_serves_a_file_and_a_pipe(machine, tm
         assert "malformed" not in events(done.stdout)
 
 
-def test_a_growing_file_gives_the_windows_of_the_whole_one_and_ends_on_sigterm(machine, tmp_path):
-    growing, lines, out = tmp_path / "growing.csv", machine.lines, tmp_path / "out"
-    with open(out, "w") as output, start(machine.detector, growing, stdout=output) as process:
-        for first, last in ((0, 3000), (3000, 3001), (3001, len(lines))):
-            with open(growing, "a") as file:
-                file.writelines(lines[first:last])
-            n_whole = (last - 1) // 1000
-            wait_until(lambda n=n_whole: out.read_text().count('"window"') == n, process)
-        process.terminate()
-        assert process.wait(PATIENCE) == 0
-    whole = run("monitor", machine.detector, machine.stream, "--no-follow", check=0)
-    assert windows(out.read_text()) == windows(whole.stdout)
-    assert events(out.read_text())[-1] == "stopped"
-
-
 def test_state_and_log_are_regular_files_of_their_own_and_a_link_to_a_state_stays(machine, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     command = ("monitor", machine.detector, machine.stream, "--no-follow")
@@ -105,7 +90,16 @@ def test_a_full_disk_behind_standard_output_is_no_bug(machine):
     assert "Traceback" not in errors
 
 
-def test_sigterm_before_the_detector_is_read_is_exit_code_0(machine):
+def test_sigterm_ends_it_with_exit_code_0_also_before_the_detector_is_read(machine):
+    with start(machine.detector, "-") as process:
+        process.stdin.writelines(machine.lines[:3001])
+        process.stdin.flush()
+        lines = [process.stdout.readline() for _ in range(3)]
+        process.terminate()
+        rest, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, errors
+    assert len(windows("".join(lines) + rest)) == 3
+    assert events(rest)[-1] == "stopped"
     before_reading = """
 import os, signal, sys
 from hydrofdi.api.detector import Detector

@@ -3,8 +3,6 @@
 import json
 import re
 import shlex
-import subprocess
-import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -116,16 +114,6 @@ def test_the_commands_of_the_systemd_unit_and_of_the_container_file_are_understo
     assert parsed(words[words.index("monitor") :])["state"] == "/state/press-1.state"
 
 
-def test_what_the_container_file_copies_and_installs_is_there():
-    text = CONTAINER.read_text()
-    for line in re.findall(r"^COPY (?!--from)(.*)", text, re.MULTILINE):
-        for name in line.split()[:-1]:
-            assert (ROOT / name).exists(), name
-    (groups,) = re.findall(r"requirements\.py (runtime .*?) >", text)
-    script = [sys.executable, ROOT / ".ci" / "requirements.py", *groups.split()]
-    needed = subprocess.run(script, capture_output=True, text=True, check=True).stdout
-    assert all(name in needed for name in ("numpy", "paho-mqtt", "asyncua", "prometheus-client"))
-    pinned = (ROOT / "constraints.txt").read_text()
-    for requirement in needed.splitlines():
-        name = re.match(r"[\w-]+", requirement)[0].lower().replace("_", "-")
-        assert re.search(rf"^{name}==", pinned, re.MULTILINE), name
+def test_what_the_container_file_copies_is_there():
+    for line in re.findall(r"^COPY (?!--from)(.*)", CONTAINER.read_text(), re.MULTILINE):
+        assert all((ROOT / name).exists() for name in line.split()[:-1]), line

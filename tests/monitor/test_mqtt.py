@@ -23,10 +23,8 @@ from hydrofdi.records import Channel
 from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND, run, wait_until
-from tests.monitor.brokers import SECRET, Broker, client_at, needs_mosquitto
+from tests.monitor.brokers import SECRET, Broker, client_at
 from tests.monitor.streams import Reader
-
-pytestmark = needs_mosquitto
 
 P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
 RNG = np.random.default_rng(13)

@@ -21,7 +21,7 @@ from hydrofdi.monitor.configuration import Address, MqttConfig, OpcUaConfig
 from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.streams import EventKind
 from tests.monitor import test_opcua_source as plant
-from tests.monitor.brokers import SECRET, Broker, needs_mosquitto
+from tests.monitor.brokers import SECRET, Broker
 from tests.monitor.streams import Reader
 from tests.monitor.test_mqtt import connected, source_at
 
@@ -82,7 +82,6 @@ def refused(closing, broker, **config):
     return reader.said(EventKind.DISCONNECTED)[0]
 
 
-@needs_mosquitto
 def test_a_renewed_password_is_taken_without_a_restart_and_one_that_all_can_read_is_warned_of(
     guarded, closing, tmp_path
 ):
@@ -97,7 +96,6 @@ def test_a_renewed_password_is_taken_without_a_restart_and_one_that_all_can_read
     assert SECRET not in repr(reader.events)
 
 
-@needs_mosquitto
 def test_no_text_shows_the_password(guarded, closing, monkeypatch, capfd, caplog):
     caplog.set_level(0)
     monkeypatch.setenv("HYDROFDI_MQTT_USERNAME", "press")
@@ -110,7 +108,6 @@ def test_no_text_shows_the_password(guarded, closing, monkeypatch, capfd, caplog
     assert not [text for text in texts if SECRET in text]
 
 
-@needs_mosquitto
 def test_a_certificate_is_checked_unless_the_configuration_says_otherwise(tmp_path, authority, closing):
     """That of a stranger and that of another machine are refused; a broker may ask for one, too."""
     stranger, known = authority_in(tmp_path, "stranger"), {"ca_file": authority.certificate}

@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,7 +11,6 @@ from hydrofdi.monitor.payload import PayloadError, PayloadReader, SampleClock
 from hydrofdi.monitor.sources import joined
 from hydrofdi.records import Channel
 from hydrofdi.records.description import ChannelConfig
-from hydrofdi.records.source import plain_source
 from tests.monitor.streams import config_of, read_in_pieces, reader, samples
 
 CSV = b"time [ms],P1 [bar],u [V]\n0,100,1\n1,101.5,\n2,nan,-3\n"
@@ -174,22 +172,6 @@ def test_samples_without_time_are_counted_and_lost_lines_leave_a_gap():
     assert read(b'{"P1 [bar]": 3}', clock).time.tolist() == [0.2]
     chunk, _ = read_in_pieces(reader(sampling_frequency=10), b"P1 [Pa]\tu [V]\n\t\n1\t2\n\t\n3\t4\n")
     assert samples(chunk)["P1"] == [None, 1.0, None, 3.0], "delimiters alone are a row of empty cells"
-
-
-def test_a_stream_gives_the_samples_of_a_file(tmp_path):
-    random = np.random.default_rng(7)
-    rows = random.normal(size=(500, 3)) * [100.0, 3.0, 0.1]
-    text = "time [ms];Ps [psi];u (mV);v [cm/s]\n" + "".join(
-        f"{n};" + ";".join(map(repr, row)) + "\n" for n, row in enumerate(rows.tolist())
-    )
-    file = tmp_path / "run.csv"
-    file.write_text(text, encoding="utf-8")
-    [batch] = plain_source(file).batches()
-    chunk, unread = read_in_pieces(reader(), text.encode(), range(1000, 30000, 997))
-    assert unread == []
-    assert set(chunk.channels) == set(batch.channels)
-    for channel, values in chunk.channels.items():
-        assert np.array_equal(values, batch[channel][0]), channel
 
 
 def read(payload, clock=None, **options):

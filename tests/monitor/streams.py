@@ -42,14 +42,13 @@ def stream(n_window, seed=1, leaking=(), stuck=()):
     return Chunk(np.arange(samples.size) / FREQUENCY, {P1: samples})
 
 
-def part(chunk, first, stop=None):
-    at = slice(first, stop)
-    return Chunk(chunk.time[at], {channel: row[at] for channel, row in chunk.channels.items()})
-
-
 def rearranged(chunk, places):
     """Samples in another order, some of them twice or never."""
     return Chunk(chunk.time[places], {channel: row[places] for channel, row in chunk.channels.items()})
+
+
+def part(chunk, first, stop=None):
+    return rearranged(chunk, slice(first, stop))
 
 
 def lines_of(watch, chunks, *, is_over=True):
@@ -139,10 +138,8 @@ class Killed(BaseException):
 
 
 class Kept:
-    """A view that keeps what it gets, and ends the process at its n-th reading with samples.
-
-    `at` calls something when a window of this number comes.
-    """
+    """A view that keeps what it gets, and ends the process at its n-th reading with samples; `at_7` is called
+    when window 7 comes."""
 
     def __init__(self, n_reading=0, **at):
         self.lines, self.is_closed, self._left = [], False, n_reading

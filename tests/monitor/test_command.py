@@ -1,4 +1,4 @@
-"""`hydrofdi monitor` as a command: processes, signals, a growing file, a terminal, and what it refuses."""
+"""The commands `monitor` and `replay`: processes, signals, a terminal, and what they refuse."""
 
 import json
 import os
@@ -10,11 +10,15 @@ import subprocess
 import sys
 import termios
 import threading
+import time
 from fcntl import ioctl
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from hydrofdi.api.sources import Described, open_records
+from hydrofdi.api.streams import replay
 from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import MonitorConfig
@@ -22,6 +26,7 @@ from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.opening import open_stream
 from tests.commands import COMMAND, run, run_json, run_process, wait_until
+from tests.monitor.streams import read_in_pieces, reader
 
 PATIENCE = 120.0
 """Longest time that anything is waited for [s]."""
@@ -41,9 +46,9 @@ def events(text):
     return [record["event"] for record in records(text, "event")]
 
 
-def start(*arguments, **options):
+def start(*arguments, command="monitor", **options):
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    return subprocess.Popen([*COMMAND, "monitor", *map(str, arguments)], text=True, **pipes | options)
+    return subprocess.Popen([*COMMAND, command, *map(str, arguments)], text=True, **pipes | options)
 
 
 def test_a_leak_that_sets_in_raises_an_alarm_within_two_windows(machine):
@@ -94,11 +99,11 @@ def test_sigterm_ends_it_with_exit_code_0_also_before_the_detector_is_read(machi
     with start(machine.detector, "-") as process:
         process.stdin.writelines(machine.lines[:3001])
         process.stdin.flush()
-        lines = [process.stdout.readline() for _ in range(3)]
+        assert events(process.stdout.readline()) == ["started"]
+        assert windows(process.stdout.readline())
         process.terminate()
         rest, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, errors
-    assert len(windows("".join(lines) + rest)) == 3
     assert events(rest)[-1] == "stopped"
     before_reading = """
 import os, signal, sys
@@ -232,3 +237,67 @@ def test_files_that_look_like_addresses_are_read_and_no_detector_keeps_credentia
     arguments = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--window", "2 s")
     run("train", f"http://me:{SECRET}@host/healthy.csv", *arguments, "--out", "detector.json", check=0)
     assert SECRET not in json.loads(Path("detector.json").read_text())["made"]["command"]
+
+
+@pytest.fixture
+def experiment(tmp_path):
+    file = tmp_path / "press.yaml"
+    file.write_text("record: {duration: 4 s}\nsweep: {grid: {leakage.internal_flow: [0 L/min, 0.5 L/min]}}\n")
+    return file
+
+
+@pytest.mark.parametrize(("form", "first"), [("csv", 0), ("json", 1)])
+def test_samples_are_read_again_to_the_bit_and_records_follow_with_a_gap(experiment, form, first):
+    options = ["--record", "2"] if first else []
+    done = run("replay", experiment, "--format", form, *options, "--rate", "max", check=0)
+    chunk, unread = read_in_pieces(reader(), done.stdout.encode(), range(10_000, len(done.stdout), 9_999))
+    assert unread == []
+    (source,) = open_records(experiment, said=Described())
+    (batch,) = source.batches()
+    assert set(chunk.channels) == set(batch.channels)
+    for channel, samples in batch.channels.items():
+        assert np.array_equal(chunk.channels[channel], samples[first:].ravel(), equal_nan=True), channel
+    n_time = batch.time.size
+    assert np.array_equal(chunk.time[:n_time], batch.time)
+    assert done.stderr.splitlines()[1:] == [f"played {chunk.n_time:,} samples"]
+    if not first:
+        steps = np.diff(chunk.time)
+        assert steps.argmax() == n_time - 1
+        assert steps.max() == pytest.approx(10 * steps.min())
+
+
+def test_nothing_comes_before_it_is_due_and_stamps_of_now_are_even_to_the_bit(experiment, monkeypatch):
+    begin = time.monotonic()
+    for chunk in replay(np.zeros(60), rate=1000.0, sampling_frequency=10.0):
+        assert time.monotonic() - begin >= 0.1 * chunk.time[-1] / 10.0 - 1e-3
+    start = 1_700_000_000.3
+    monkeypatch.setattr(time, "time", lambda: start)
+    blocks = [*replay(experiment, record="1", now=True, settings=["record.duration=1 s"])]
+    stamps = np.concatenate([block.time for block in blocks])
+    assert np.array_equal(stamps, start + np.arange(stamps.size) / 500.0)
+
+
+@pytest.mark.parametrize(("arguments", "said"), [
+    (["--rate", "0Hz"], "rate"), (["--to", "file.csv"], "to file.csv"), (["--record", "7"], "'7'"),
+    (["--to", "mqtt://127.0.0.1:1/x", "--format", "csv"], "format"),
+    (["--to", "mqtts://127.0.0.1:1/x", "--config", "absent.yaml"], "absent.yaml"),
+    (["--set", "fluid.nothing=1"], "fluid.nothing"),
+])  # fmt: skip
+def test_what_a_replay_cannot_do_is_said_in_a_line(experiment, arguments, said):
+    done = run("replay", experiment, *arguments, check=2)
+    assert said in done.stderr
+    assert len([line for line in done.stderr.splitlines() if "simulating" not in line]) == 1
+    assert done.stdout == ""
+
+
+def test_an_interrupt_and_a_reader_that_leaves_end_a_replay(experiment):
+    with start(experiment, "--rate", "max", command="replay") as process:
+        assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+        process.stdout.close()
+        assert process.wait(PATIENCE) == 0
+    with start(experiment, "--rate", "1Hz", command="replay") as process:
+        assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0
+    assert errors.splitlines()[-1].startswith("stopped after ")

@@ -1,12 +1,15 @@
 """A monitor goes on where it was: its log has each window once, whatever happens to process or disk."""
 
+import json
 import os
 import resource
 import signal
-from contextlib import suppress
+import sqlite3
+from contextlib import closing, suppress
 from itertools import count
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,7 +19,7 @@ from hydrofdi.monitor import growing_file, loop
 from hydrofdi.monitor.growing_file import GrowingFile
 from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.opening import Sources
-from hydrofdi.monitor.store import StateStore, WindowLog
+from hydrofdi.monitor.store import StateStore, StoredMachine, WindowLog
 from hydrofdi.records.streams import Event, EventKind
 from tests.monitor.streams import (
     P1,
@@ -285,3 +288,71 @@ def test_the_state_of_another_source_or_detector_or_in_use_is_refused(tmp_path):
         run(tmp_path, Samples(MADE, name="other"))
     with pytest.raises(StoreError, match="another detector"):
         run(tmp_path, file=made_detector(every=0.5))
+
+
+STATE = {
+    "a.held": np.random.default_rng(1).standard_normal((5, 7)), "a.none": np.empty((3, 0)),
+    "b.flag": np.array([True, False]), "b.nan": np.array([np.nan, -np.inf]), "b.n": np.array(-3),
+}  # fmt: skip
+MACHINE = StoredMachine("topic", "digest", {"seen": [1, 2]}, STATE)
+
+
+@pytest.fixture
+def stored(tmp_path):
+    store = StateStore(tmp_path / "state", is_fleet=False)
+    with store.opened():
+        store.write({"m'1": MACHINE}, {"place": 3})
+    return store
+
+
+def test_a_state_comes_back_with_the_same_bits(stored):
+    with stored.opened():
+        found = stored.read("m'1")
+        assert stored.read("unknown") is None
+        assert stored.read_log() == {"place": 3}
+    assert (found.source, found.detector, found.position) == ("topic", "digest", {"seen": [1, 2]})
+    assert found.state.keys() == STATE.keys()
+    for name, array in STATE.items():
+        assert (found.state[name].dtype, found.state[name].shape) == (array.dtype, array.shape)
+        assert found.state[name].tobytes() == array.tobytes()
+
+
+def execute(path, command, *values):
+    with closing(sqlite3.connect(path)) as database, database:
+        database.execute(command, values)
+
+
+@pytest.mark.parametrize("column", ["name", "source", "detector", "position", "state"])
+def test_a_damaged_cell_is_noticed(stored, column):
+    change = f"substr({column}, 1, length({column}) - 1)"
+    for changed in (f"cast({change} || '~' as blob)" if column == "state" else f"{change} || '~'", "'text'"):
+        execute(stored.path, f"update machine set {column} = {changed}")
+        with pytest.raises(StoreError), stored.opened():
+            pass
+
+
+@pytest.mark.parametrize(("column", "forged"), [
+    ("position", '"text"'), ("position", "{"), ("state", b""),
+    ("state", json.dumps([["number", "|O", []]]).encode() + b"\n" + bytes(8)),
+])  # fmt: skip
+def test_a_forged_state_is_refused(stored, monkeypatch, column, forged):
+    monkeypatch.setattr("hydrofdi.monitor.store._checksum", lambda *row: 0)
+    execute(stored.path, f"update machine set {column} = ?, checksum = 0", forged)
+    with stored.opened(), pytest.raises(StoreError):
+        stored.read("m'1")
+
+
+@pytest.mark.parametrize("change", [
+    lambda path: path.write_text("notes of mine, longer than the header of a database" * 20),
+    lambda path: path.unlink() or execute(path, "create table mine (a)"),
+    lambda path: execute(path, "pragma user_version = 3"),
+    lambda path: execute(path, "pragma application_id = 0x48464644"),
+    lambda path: path.write_bytes(path.read_bytes()[:-4096]),
+    lambda path: path.write_bytes(b"0" * 64 + b"\n{}\nof an earlier version"),
+], ids=["text", "database", "version", "fleet", "cut", "earlier"])  # fmt: skip
+def test_what_is_no_state_is_refused_and_left_whole(stored, change, tmp_path):
+    change(stored.path)
+    content = stored.path.read_bytes()
+    with pytest.raises(StoreError, match="state: "):
+        run(tmp_path)
+    assert stored.path.read_bytes() == content

@@ -235,36 +235,30 @@ def test_events_are_sent_and_windows_on_request(broker, closing):
         assert records[-1]["text"] == ALARM.text
 
 
-def test_lines_wait_for_a_broker_that_is_away_and_those_too_many_are_counted(broker, closing):
-    broker.stop()
-    sink = closing(sink_at(broker, capacity=50))
-    said = [line for number in range(80) for line in said_by(sink, [replace(ALARM, time=float(number))])]
-    dropped = [line for line in said if line.kind is EventKind.DROPPED]
-    assert sum(line.count for line in dropped) == 30
-    assert [line.is_silent for line in dropped] == [False] + [True] * 29
-    broker.start()
+def test_lines_come_in_order_over_a_broker_that_starts_again_and_those_too_many_are_counted(broker, closing):
+    sink, listener = closing(sink_at(broker, capacity=50)), closing(Listener(broker, client_id="listener"))
     wait_for(sink, EventKind.CONNECTED)
-    for sent_now in ([], [ALARM]):
-        assert not [line for line in said_by(sink, sent_now) if line.kind is EventKind.DROPPED]
-        assert sink.wait_until(0, 30.0)
-
-
-def test_lines_come_in_order_over_a_broker_that_starts_again(broker, closing):
-    sink, listener = closing(sink_at(broker)), closing(Listener(broker, client_id="listener"))
-    wait_for(sink, EventKind.CONNECTED)
-    for number in range(60):
+    events, said = [replace(ALARM, time=float(number)) for number in range(120)], []
+    for number, event in enumerate(events):
         if number == 20:
+            assert sink.wait_until(0, 30.0)
             broker.stop()
             wait_for(sink, EventKind.DISCONNECTED)
-        if number == 40:
-            broker.start()
-        said_by(sink, [replace(ALARM, time=float(number))])
+        said += said_by(sink, [event])
+    dropped = [line for line in said if line.kind is EventKind.DROPPED]
+    assert sum(line.count for line in dropped) == 50
+    assert [line.is_silent for line in dropped] == [False] + [True] * 49
+    broker.start()
+    wait_for(sink, EventKind.CONNECTED)
+    for sent_now in ([], [replace(ALARM, time=500.0)]):
+        assert not [line for line in said_by(sink, sent_now) if line.kind is EventKind.DROPPED]
+        assert sink.wait_until(0, 30.0)
 
     def instants():
         return list(dict.fromkeys(json.loads(payload)["time"] for payload in listener.payloads()))
 
-    wait_until(lambda: 59.0 in instants())
-    assert instants() == [float(number) for number in range(60)]
+    wait_until(lambda: 500.0 in instants())
+    assert instants() == [float(number) for number in range(70)] + [500.0]
 
 
 SENDER = """

@@ -317,28 +317,15 @@ def test_a_full_inbox_drops_one_long_piece_and_says_it_once():
     assert [event.kind for event in events if not event.is_silent] == [EventKind.DROPPED] * 2
 
 
-@contextmanager
-def sending(inbox, starts, **options):
-    sender = Thread(target=lambda: [put(inbox, start, **options) for start in starts])
-    sender.start()
-    yield
-    sender.join(60.0)
-
-
-def test_few_items_wait_for_more(monkeypatch):
+def test_few_items_wait_for_more_and_a_sender_waits_until_there_is_room_or_it_is_closed(monkeypatch):
     monkeypatch.setattr(sources, "GATHER", 60.0)
-    inbox = Inbox(100)
-    with sending(inbox, (0, 10, 20)):
-        assert len(inbox.take(60.0, 1000, 30)) == 3
-
-
-def test_a_sender_that_waits_goes_on_when_there_is_room_or_it_is_closed():
-    inbox = Inbox(10)
-    put(inbox, 0)
-    with sending(inbox, (10, 20), waits=True):
-        assert inbox.take(60.0, 10) == [range(10)]
-        inbox.close()
-    assert everything(inbox) == ([*range(10, 30)], [])
+    inbox = Inbox(20)
+    sender = Thread(target=lambda: [put(inbox, start, waits=True) for start in range(0, 50, 10)])
+    sender.start()
+    assert inbox.take(60.0, 1000, 20) == [range(10), range(10, 20)]
+    inbox.close()
+    sender.join(60.0)
+    assert everything(inbox) == ([*range(20, 50)], [])
     inbox.fail(RuntimeError("fault"))
     with pytest.raises(RuntimeError, match="fault"):
         inbox.take(1.0, 1)

@@ -62,19 +62,6 @@ def test_a_leak_that_sets_in_raises_an_alarm_within_two_windows(machine):
     assert events(done.stdout).count("alarm_raised") == done.stderr.count("--state") == 1
 
 
-def test_the_description_that_inspect_wrote_serves_a_file_and_a_pipe(machine, tmp_path):
-    text = "press 4, hall 2\nserial: 7\n" + machine.stream.read_text()
-    (tmp_path / "run.csv").write_text(text)
-    run("inspect", "run.csv", "--write", "rig.yaml", cwd=tmp_path, check=0)
-    assert "skip: 2" in (tmp_path / "rig.yaml").read_text()
-    expected = windows(run("monitor", machine.detector, machine.stream, "--no-follow", check=0).stdout)
-    for source, given in (("run.csv", None), ("-", text)):
-        options = ("--no-follow", "--config", "rig.yaml")
-        done = run("monitor", machine.detector, source, *options, cwd=tmp_path, input=given, check=0)
-        assert windows(done.stdout) == expected
-        assert "malformed" not in events(done.stdout)
-
-
 def test_state_and_log_are_regular_files_of_their_own_and_a_link_to_a_state_stays(machine, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     command = ("monitor", machine.detector, machine.stream, "--no-follow")
@@ -95,16 +82,7 @@ def test_a_full_disk_behind_standard_output_is_no_bug(machine):
     assert "Traceback" not in errors
 
 
-def test_sigterm_ends_it_with_exit_code_0_also_before_the_detector_is_read(machine):
-    with start(machine.detector, "-") as process:
-        process.stdin.writelines(machine.lines[:3001])
-        process.stdin.flush()
-        assert events(process.stdout.readline()) == ["started"]
-        assert windows(process.stdout.readline())
-        process.terminate()
-        rest, errors = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0, errors
-    assert events(rest)[-1] == "stopped"
+def test_sigterm_before_the_detector_is_read_is_exit_code_0(machine):
     before_reading = """
 import os, signal, sys
 from hydrofdi.api.detector import Detector

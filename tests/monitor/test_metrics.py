@@ -61,33 +61,31 @@ def window(alarm, score=2.0, fault=None, condition=Condition.HEALTHY, margin=3.0
     return WindowLine(0, 0.0, 1.0, verdict, ChartReading(1.5, 8.0, False), condition)
 
 
-def test_windows_are_counted_by_what_is_said_of_them(server):
+def test_windows_events_and_samples_are_counted_by_what_is_said_of_them(server):
+    """Events with their repetitions and without their ends; the lag is that of the wall clock."""
     lines = [window(False), window(False), window(True), window(None, None, STUCK, Condition.ALARM)]
-    server.put(PRESS, FILE, None, lines)
+    more = Event(EventKind.GAP, "", count=2, is_silent=True)
+    end = Event(EventKind.GAP, "", count=5, is_end=True)
+    lines += [GAP, more, end, Event(EventKind.ALARM_RAISED, "alarm")]
+    server.put(PRESS, FILE, Chunk(np.array([0.0, 0.5]), {}), lines)
     values = served(server)
     expected = {
         ("windows_judged_total", "false"): 2, ("windows_judged_total", "true"): 1,
-        ("windows_not_judged_total", "stuck"): 1, ("score",): 2.0, ("margin",): 3.0,
-        ("chart_statistic",): 1.5, ("chart_limit",): 8.0, ("threshold", "high"): 5.0,
+        ("windows_not_judged_total", "stuck"): 1, ("events_total", "gap"): 5, ("alarms_total",): 1,
+        ("score",): 2.0, ("margin",): 3.0, ("chart_statistic",): 1.5, ("chart_limit",): 8.0,
+        ("threshold", "high"): 5.0, ("samples_total",): 2, ("last_sample_time_seconds",): 0.5,
         **{("condition", each.value): float(each is Condition.ALARM) for each in Condition},
     }  # fmt: skip
     assert {key: values[key] for key in expected} == expected
-    assert ("threshold", "low") not in values
+    assert not {("threshold", "low"), ("lag_seconds",)} & {*values}
     novel = Issue("P1 is unlike the healthy ones", kind="novel")
-    server.put(PRESS, FILE, None, [window(None, 9.0, novel, margin=margin) for margin in (-2.0, 1.0, -3.0)])
+    lines = [window(None, 9.0, novel, margin=margin) for margin in (-2.0, 1.0, -3.0)]
+    server.put(PRESS, FILE, Chunk(np.array([time.time() - 1000.0]), {}), lines)
     values = served(server)
     assert values["windows_not_judged_total", "novel"] == 3
     assert values["windows_not_judged_beyond_limit_total",] == 2
     assert values["margin",] == -3.0
-
-
-def test_events_are_counted_with_their_repetitions_and_without_their_ends(server):
-    more = Event(EventKind.GAP, "", count=2, is_silent=True)
-    end = Event(EventKind.GAP, "", count=5, is_end=True)
-    server.put(PRESS, FILE, None, [GAP, more, end, Event(EventKind.ALARM_RAISED, "alarm")])
-    values = served(server)
-    assert values["events_total", "gap"] == 5
-    assert values["alarms_total",] == 1
+    assert 1000.0 <= values["lag_seconds",] < 1100.0
 
 
 def test_machines_that_share_a_server_are_told_apart_and_one_that_goes_leaves_nothing(server):
@@ -102,15 +100,6 @@ def test_machines_that_share_a_server_are_told_apart_and_one_that_goes_leaves_no
     server.forget(other)
     assert not served(server, other)
     assert served(server)["windows_judged_total", "true"] == 1
-
-
-def test_samples_are_counted_and_the_lag_is_that_of_the_wall_clock(server):
-    server.put(PRESS, FILE, Chunk(np.array([0.0, 0.5]), {}), [])
-    values = served(server)
-    assert (values["samples_total",], values["last_sample_time_seconds",]) == (2, 0.5)
-    assert ("lag_seconds",) not in values
-    server.put(PRESS, FILE, Chunk(np.array([time.time() - 1000.0]), {}), [])
-    assert 1000.0 <= served(server)["lag_seconds",] < 1100.0
 
 
 def test_silent_clients_delay_no_others_and_nothing_listens_after_the_end(closing):

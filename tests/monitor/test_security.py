@@ -96,18 +96,6 @@ def test_a_renewed_password_is_taken_without_a_restart_and_one_that_all_can_read
     assert SECRET not in repr(reader.events)
 
 
-def test_no_text_shows_the_password(guarded, closing, monkeypatch, capfd, caplog):
-    caplog.set_level(0)
-    monkeypatch.setenv("HYDROFDI_MQTT_USERNAME", "press")
-    monkeypatch.setenv("HYDROFDI_MQTT_PASSWORD", SECRET)
-    source = closing(source_at(guarded.address()))
-    reader = connected(source)
-    guarded.stop()
-    reader.has(EventKind.DISCONNECTED)
-    texts = [repr(reader.events), source.name, repr(vars(source)), *capfd.readouterr(), caplog.text]
-    assert not [text for text in texts if SECRET in text]
-
-
 def test_a_certificate_is_checked_unless_the_configuration_says_otherwise(tmp_path, authority, closing):
     """That of a stranger and that of another machine are refused; a broker may ask for one, too."""
     stranger, known = authority_in(tmp_path, "stranger"), {"ca_file": authority.certificate}

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from generators import ROOMS, commands
 from generators.examples import EXAMPLES
-from generators.links import led_to_pages
 
 import hydrofdi
 from hydrofdi.config import ExperimentConfig
@@ -82,13 +81,3 @@ def test_every_kind_of_figure_is_in_the_gallery():
     figures = ", ".join(re.findall(r": (\w+(?:, \w+)+)", listed)).split(", ")
     assert len(figures) > 10
     assert [name for name in figures if f"{name}.png" not in text and f"`{name}`" not in text] == []
-
-
-@pytest.mark.parametrize(("page", "link", "led"), [
-    ("docs/results.md", "../configs/table3.yaml", "/reference/configurations/table3.md"),
-    ("docs/studies.md", "../configs/schema.json#study", "/reference/configuration.md#study"),
-    ("CHANGELOG.md", "docs/files.md#layout", "/files.md#layout"),
-    ("docs/measured.md", "https://example.org/a.yaml", "https://example.org/a.yaml"),
-])  # fmt: skip
-def test_links_lead_to_the_page_that_shows_the_file(page, link, led):
-    assert led_to_pages(f"see [this]({link}).", page) == f"see [this]({led})."

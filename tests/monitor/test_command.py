@@ -25,7 +25,7 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.opening import open_stream
-from tests.commands import COMMAND, run, run_json, run_process, wait_until
+from tests.commands import COMMAND, run, run_json, wait_until
 from tests.monitor.streams import read_in_pieces, reader
 
 PATIENCE = 120.0
@@ -49,17 +49,6 @@ def events(text):
 def start(*arguments, command="monitor", **options):
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.Popen([*COMMAND, command, *map(str, arguments)], text=True, **pipes | options)
-
-
-def test_a_leak_that_sets_in_raises_an_alarm_within_two_windows(machine):
-    done = run_process("monitor", machine.detector, "-", input=machine.stream.read_text())
-    assert done.returncode == 0, done.stderr
-    assert len(windows(done.stdout)) == machine.n_window
-    raised = {each["event"]: each["time"] for each in records(done.stdout, "event")}["alarm_raised"]
-    assert machine.onset < raised < machine.onset + 4.1
-    assert windows(done.stdout)[-1]["condition"] == "alarm"
-    assert (events(done.stdout)[0], events(done.stdout)[-1]) == ("started", "stopped")
-    assert events(done.stdout).count("alarm_raised") == done.stderr.count("--state") == 1
 
 
 def test_state_and_log_are_regular_files_of_their_own_and_a_link_to_a_state_stays(machine, tmp_path):

@@ -7,7 +7,7 @@ import subprocess
 import time
 from collections import defaultdict
 from contextlib import contextmanager
-from itertools import count, islice
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +46,7 @@ from tests.monitor.fleets import (
     write_csv,
     write_fleet,
 )
-from tests.monitor.streams import P1, Killed, made_detector, part, stream
+from tests.monitor.streams import P1, made_detector, part, stream
 
 MACHINES = made(5)
 BLOCKS = blocks_of(MACHINES)
@@ -82,22 +82,6 @@ def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet,
     assert kinds["headless"] == kinds["gone"] == {"disconnected"}
     assert kinds["text"] == {"malformed"}
     assert "rate_changed" in kinds["slow"]
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(
-    fleet, log, tmp_path, monkeypatch, seed
-):
-    monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 3000)
-    kills = Kills(monkeypatch, seed, 3, (StateStore, "write"), (WindowLog, "write"))
-    write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
-    for number in count():
-        life = kills.begin(fleet, is_last=number == 12, follow=False)
-        life.finish()
-        if not isinstance(life.failure, Killed):
-            break
-    assert number > 3
-    assert logged(log) == OVER
 
 
 def test_samples_that_cannot_be_judged_are_lost_with_an_event_of_their_machine(fleet, log, monkeypatch):
@@ -369,21 +353,6 @@ def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, plant, log
     life.end()
     assert logged(log) == STOPPED
     assert max(depths) <= 40
-
-
-def test_when_no_message_comes_the_broker_keeps_none(broker, plant, log):
-    """Also if no window ends; after a restart the window continues."""
-    blocks = blocks_of({"m0": MACHINES["m0"]})
-    life = Life(plant)
-    for number in (1, 5):  # the first ones are stored with the event of the start
-        send(broker, blocks[:1] if number == 1 else blocks[1:5])
-        wait_until(lambda number=number: broker.log.count("Received PUBACK from hydrofdi") == number)
-    life.end()
-    life = Life(plant)
-    send(broker, blocks[5:])
-    wait_until(lambda: n_window(logged(log)) == N_WINDOW)
-    life.end()
-    assert logged(log) == {"m0": STOPPED["m0"]}
 
 
 def test_machines_come_and_go(broker, plant, log, tmp_path):

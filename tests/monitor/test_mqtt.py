@@ -85,24 +85,17 @@ def times(blocks):
     return np.concatenate([block.time for block in blocks])
 
 
-def test_detectors_of_one_file_name_do_not_throw_each_other_out(broker, closing, tmp_path, monkeypatch):
-    """A path names the detector, however it is written; the broker does not see it."""
+def test_the_path_of_a_detector_names_the_monitor_and_the_broker_does_not_see_it(tmp_path, monkeypatch):
+    """Those of one file name would throw each other out; a path may be written in any way."""
     monkeypatch.chdir(tmp_path)
-    paths = [tmp_path / "press" / "detector.json", tmp_path / "crane" / "detector.json"]
-    sources = [closing(source_at(broker.address(), detector=path)) for path in paths]
-    readers = [connected(source) for source in sources]
-    send(broker, BLOCKS[:10])
-    for reader in readers:
-        reader.has_until(BLOCKS[9].time[-1])
-        np.testing.assert_array_equal(reader.times, times(BLOCKS[:10]))
-        for channel in (P1, U):
-            expected = np.concatenate([block.channels[channel] for block in BLOCKS[:10]])
-            np.testing.assert_array_equal(reader.channel(channel), expected)
-        assert len(reader.events) == 1
-    names = [source.topics.client_id for source in sources]
-    short = closing(source_at(broker.address(), detector=Path("press/detector.json")))
-    assert short.topics.client_id == names[0]
-    assert "press" not in names[0]
+    press, short, crane = (
+        Topic(
+            Address.parse("mqtt://h/t"), MonitorConfig(), Path(folder) / "detector.json", True
+        ).topics.client_id
+        for folder in (tmp_path / "press", "press", tmp_path / "crane")
+    )
+    assert press == short != crane
+    assert "press" not in press
 
 
 def test_a_slow_monitor_holds_the_network_up_and_loses_nothing(broker, closing, monkeypatch):
@@ -150,6 +143,9 @@ def test_a_broker_that_is_absent_is_waited_for_and_one_that_starts_again_loses_n
         assert publisher.send(payload_of(block))
     reader.has_until(BLOCKS[39].time[-1]).has(EventKind.CONNECTED, 2)
     np.testing.assert_array_equal(reader.times, times(BLOCKS[:40]))
+    for channel in (P1, U):
+        sent = np.concatenate([block.channels[channel] for block in BLOCKS[:40]])
+        np.testing.assert_array_equal(reader.channel(channel), sent)
     said = reader.events[2:]
     assert [kind for kind, _ in groupby(event.kind for event in said)] == ["disconnected", "connected"]
     assert len({event.text for event in said}) == len(said)

@@ -1,7 +1,6 @@
 """Nodes of an OPC UA server as a stream."""
 
 import asyncio
-import threading
 import time
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
@@ -15,7 +14,7 @@ from asyncua import Server, ua
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.monitor import opcua, sources
+from hydrofdi.monitor import sources
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
 from hydrofdi.monitor.sources import Inbox
@@ -264,29 +263,6 @@ def test_a_connection_begins_with_the_first_whole_instant_and_time_may_run_back(
     time, samples = joined(Joiner(2, PERIOD, wait=0.02), [values[1:2], values[2:3], values[4:]])
     assert samples[0].tolist() == [4.0, 5.0]
     assert time.size == 8
-
-
-class Deaf(OpcUaSource):
-    """Takes the first cancellation for something else."""
-
-    async def _follow(self):
-        self.began.set()
-        try:
-            await asyncio.sleep(600)
-        except asyncio.CancelledError:
-            await asyncio.sleep(600)
-
-
-def test_it_ends_when_told_to(monkeypatch):
-    monkeypatch.setattr(opcua, "_PATIENCE", 0.2)
-    source = Deaf(Address.parse("opc.tcp://127.0.0.1:1"), FAST, CHANNELS, RATE)
-    source.began = threading.Event()
-    source.open({})
-    assert source.began.wait(30)
-    closing = Thread(target=source.close, daemon=True)
-    closing.start()
-    closing.join(60)
-    assert not closing.is_alive()
 
 
 def put(inbox, start, n=10, **options):

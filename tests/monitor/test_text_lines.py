@@ -123,19 +123,6 @@ def test_malformed_lines_are_counted_and_the_others_stay(lines, cuts):
     assert len(unread) == 5
 
 
-@pytest.mark.parametrize("good", [b"time [s],P1 [Pa]\n1,2\n", GOOD])
-@given(
-    noise=st.lists(st.sampled_from([b"\n", b",", b'"', b"1", b"#", b"{", b"}", b"time", b"\xff", b"\r"])),
-    cuts=st.lists(st.integers(0, 200), max_size=5),
-)
-def test_noise_neither_ends_a_stream_nor_depends_on_its_pieces(good, noise, cuts):
-    data = good + b"".join(noise) + b"\n" + good
-    whole, in_pieces = (read_in_pieces(reader(), data, places) for places in ((), cuts))
-    assert samples(whole[0]) == samples(in_pieces[0])
-    assert whole[1] == in_pieces[1]
-    assert whole[0].time[-1] == 1.0
-
-
 @pytest.mark.parametrize(("n_byte", "largest"), [(3_000, 1024), (30_000, 1024), (4_000_000, 1 << 20)])
 def test_a_line_of_any_length_is_one_loss_with_bounded_memory(n_byte, largest):
     lines = reader(sampling_frequency=10, largest=largest)

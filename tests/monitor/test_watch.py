@@ -119,14 +119,6 @@ def test_what_goes_on_is_said_once_a_minute_with_its_count():
     assert len(windows(lines)) == 130
 
 
-def test_another_rate_is_said_once_and_no_window_is_judged():
-    lines = said_of("side by side", rearranged(stream(24), [*range(20_000), *range(20_000, 24_000, 2)]))
-    (begin,) = (each for each in events_of(lines, EventKind.RATE_CHANGED) if each.count == 1)
-    assert 20.0 < begin.time < 20.1
-    assert all(line.verdict.alarm is None for line in windows(lines) if line.start > 21.0)
-    assert total(lines, EventKind.RATE_CHANGED) + total(lines, EventKind.GAP) == 1_999
-
-
 def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows_and_conditions_lapse():
     leaking, stuck = [20, 21, 25, 34, 47], [0, 1, *range(10, 14), *range(48, 60)]
     lines = said_of("side by side", stream(70, leaking=leaking, stuck=stuck))

@@ -355,6 +355,21 @@ def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, plant, log
     assert max(depths) <= 40
 
 
+def test_when_no_message_comes_the_broker_keeps_none(broker, plant, log):
+    """Also if no window ends; after a restart the window continues."""
+    blocks = blocks_of({"m0": MACHINES["m0"]})
+    life = Life(plant)
+    for first, stop in ((0, 1), (1, 5)):  # the first one is stored with the event of the start
+        send(broker, blocks[first:stop])
+        wait_until(lambda n=stop: broker.log.count("Received PUBACK from hydrofdi") == n)
+    life.end()
+    life = Life(plant)
+    send(broker, blocks[5:])
+    wait_until(lambda: n_window(logged(log)) == N_WINDOW)
+    life.end()
+    assert logged(log) == {"m0": STOPPED["m0"]}
+
+
 def test_machines_come_and_go(broker, plant, log, tmp_path):
     """A silent one is released; it continues in the middle of its window, on a broker that started again."""
     write_fleet(tmp_path, broker.address("plant/+/samples"), idle="1 s", most_machines=2)

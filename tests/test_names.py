@@ -61,11 +61,12 @@ THREE = [5e8, 6e8, 7e8]
         ({"start": "500 MPa", "stop": "700 MPa", "step": "100 MPa"}, THREE),
         ({"from": "500 MPa", "to": "750 MPa", "step": "100 MPa"}, THREE),
         ({"arange": ["500 MPa", "700 MPa", "100 MPa"]}, THREE[:2]),
+        ({"arange": [0.1, 0.4, 0.1]}, [0.1, 0.2, 0.3]),
         ("500 MPa:700MPa:3", THREE),
         ("500 MPa:700 MPa:100 MPa", THREE),
         ("100 MPa:10 GPa:3:log", [1e8, 1e9, 1e10]),
         ({"geomspace": [1e8, 1e10, 3]}, [1e8, 1e9, 1e10]),
-        ({"logspace": [1e8, 1e10, 3]}, [1e8, 1e9, 1e10]),
+        ({"logspace": ["100 MPa", 1e10, 3]}, [1e8, 1e9, 1e10]),
     ],
     ids=str,
 )

@@ -1,8 +1,6 @@
 """A grid over two parameters: its matrix, its heat maps, its cube, and its tables for papers."""
 
 import csv
-import io
-import json
 import shutil
 
 import h5py
@@ -13,9 +11,8 @@ import xarray
 import hydrofdi as package
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError, UnknownNameError
-from hydrofdi.report.figures import draw_figure
 from hydrofdi.store.names import coordinate
-from tests.commands import run_hydrofdi
+from tests.commands import run, run_json
 from tests.report.rows import check_golden
 
 AXES = ("--grid", "EBM=500MPa:900MPa:9", "--grid", "K_i=0:8e-9:9", "--name", "mine")
@@ -25,7 +22,7 @@ SHORT = ("--set", "duration=4 s", "--engine", "in-process")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plane")
-    assert run_hydrofdi("sweep", *AXES, *SHORT, cwd=folder).returncode == 0
+    run("sweep", *AXES, *SHORT, cwd=folder, check=0)
     return folder
 
 
@@ -37,24 +34,18 @@ def results(folder):
 @pytest.mark.parametrize("form", ["text", "latex"])
 def test_a_grid_is_reported_as_a_matrix(folder, form, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    text = run_hydrofdi("report", "results/mine", "--format", form, cwd=folder).stdout
+    text = run("report", "results/mine", "--format", form, cwd=folder).stdout
     check_golden(f"matrix.{form}", text)
     assert form != "text" or len(text.splitlines()) <= 24
 
 
 def test_each_cell_is_the_change_of_its_run_and_the_baseline_is_marked_where_it_is(results):
-    plane = results.composed.plane
-    cube = results.grid()
+    plane, cube = results.composed.plane, results.grid()
     for level in range(5):
         matrix = plane.matrix(plane.features[level])
         np.testing.assert_array_equal(matrix, cube.delta.sel(level=level + 1).transpose("K_i", "EBM"))
     row, column = plane.baseline
-    assert row == 0.0
-    assert 500e6 + 50e6 * column == pytest.approx(551e6)
-    figure = draw_figure(results.composed, "sensitivity")
-    assert [axis.get_title(loc="left") for axis in figure.axes[:5]] == [
-        f"δd{level} [%]" for level in range(1, 6)
-    ]
+    assert (row, 500e6 + 50e6 * column) == (0.0, pytest.approx(551e6))
 
 
 def made(folder, duration="2 s", **asked):
@@ -130,15 +121,12 @@ def test_a_stored_run_is_the_run_that_was_simulated(results):
     assert results[-1].status == "ok"
 
 
-def test_a_run_draws_chosen_channels_from_an_instant_on(results):
+def test_a_run_draws_chosen_channels_from_an_instant_on_and_says_if_none_are_stored(results, tmp_path):
     figure = results[3].plot(channels=["P1", "x"], start=3.0)
     assert len(figure.axes) == 2
     assert min(line.get_xdata().min() for axis in figure.axes for line in axis.lines) == 3.0
     with pytest.raises(UnknownNameError):
         results[3].plot("P9")
-
-
-def test_a_run_without_stored_signals_says_so(tmp_path):
     bare = made(tmp_path / "bare", grid={"EBM": [6e8, 7e8]})
     assert bare.signals(0) == {}
     with pytest.raises(ReportError):
@@ -146,15 +134,13 @@ def test_a_run_without_stored_signals_says_so(tmp_path):
 
 
 def test_failed_runs_are_rows(failing_sweep):
-    made = package.load(failing_sweep.folder / failing_sweep.directory)
-    assert made.failed["status"].tolist() == ["diverged"]
-    assert made.failed["run"].tolist() == [1]
+    failed = package.load(failing_sweep.directory).failed
+    assert (failed["status"].tolist(), failed["run"].tolist()) == (["diverged"], [1])
 
 
 def test_the_wide_form_has_a_line_for_each_run(folder):
-    wide = run_hydrofdi("report", "results/mine", "--format", "wide", cwd=folder).stdout
-    lines = [*csv.DictReader(io.StringIO(wide))]
-    rows = json.loads(run_hydrofdi("report", "results/mine", "--json", cwd=folder).stdout)["rows"]
+    wide = run("report", "results/mine", "--format", "wide", cwd=folder).stdout
+    lines, rows = [*csv.DictReader(wide.splitlines())], run_json("report", "results/mine", cwd=folder)["rows"]
     assert len(lines) == len(rows) == 82
     for line, row in zip(lines, rows, strict=True):
         assert float(line["bulk_modulus_MPa"]) == row["bulk_modulus_MPa"]

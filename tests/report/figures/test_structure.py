@@ -40,7 +40,7 @@ def test_every_figure_can_be_drawn_and_saved(reports):
 
 
 def structure(figure):
-    """Axes with titles, labels, ticks, series and cells, legends, and texts, laid out as the figure is saved."""
+    """Axes with titles, labels, ticks, series and cells, legends, and texts, laid out as it is saved."""
     figure.dpi = 100
     with matplotlib.rc_context(SETTINGS):
         FigureCanvasAgg(figure).draw()

@@ -16,11 +16,10 @@ from hydrofdi.engine import InProcessEngine
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.plan import plan_sweep
 from hydrofdi.execution.sweeping import run_sweep
-from hydrofdi.indicators import make_indicators, measure
+from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import measure_sources
 from hydrofdi.indicators.registry import TAKEN
 from hydrofdi.indicators.selection import of_machine
-from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from tests.commands import run_json
@@ -67,51 +66,30 @@ def assert_same_bits(file, expected):
         np.testing.assert_array_equal(values, other[name], err_msg=name)
 
 
-@pytest.fixture(scope="module")
-def first(tmp_path_factory):
-    """A folder with the records of the default analysis."""
-    folder = tmp_path_factory.mktemp("first")
-    swept(noisy(folder), folder / "noisy")
-    return folder
-
-
-def copied(first, tmp_path):
-    shutil.copytree(first / "noisy", tmp_path / "noisy")
-    return tmp_path / "noisy"
-
-
-def test_another_analysis_simulates_nothing_and_gives_the_bits_of_a_simulation(first, tmp_path):
-    directory = copied(first, tmp_path)
-    other = noisy(tmp_path, "all", *OTHER)
+def test_another_analysis_simulates_nothing_and_gives_the_bits_of_a_simulation(tmp_path):
+    directory, plain, other = tmp_path / "noisy", noisy(tmp_path), noisy(tmp_path, "all", *OTHER)
+    first = shutil.copy(swept(plain, directory).file, tmp_path / "first.h5")
     plan = plan_sweep(other, directory)
     assert (len(plan.missing), plan.n_simulated, len(plan.measurable)) == (4, 0, 4)
     assert plan.reasons() == {AGAIN: 4}
+    for experiment, reason in ((other, AGAIN), (noisy(tmp_path, "all", "friction.viscous=60"), "new")):
+        (directory / "experiment.json").write_text(experiment.model_dump_json())
+        asked = why(directory, "0")
+        assert (asked.reason, asked.record_id == asked.run_id) == (reason, reason == "new")
+    (directory / "experiment.json").write_text(plain.model_dump_json())
     summary = swept(other, directory)
     assert (summary.completed, summary.measured, summary.failed) == (4, 4, 0)
     swept(other, tmp_path / "anew")
     assert_same_bits(directory / "noisy.h5", tmp_path / "anew" / "noisy.h5")
     assert verify(directory)
-    many = noisy(
-        tmp_path, "none", "sweep.grid.wavelet.levels=[3, 4]", "sweep.grid.analysis.discard=[0 s, 1 s]"
-    )
-    plan = plan_sweep(many, tmp_path / "none")
-    assert len(plan.missing) == 4 * plan.n_simulated == 16
-    back = swept(noisy(tmp_path), directory)
+    back = swept(plain, directory)
     assert (back.completed, back.skipped) == (0, 4)
-    assert_same_bits(directory / "noisy.h5", first / "noisy" / "noisy.h5")
-
-
-def test_why_tells_what_is_not_stored_and_workers_measure_it(first, tmp_path):
-    directory = copied(first, tmp_path)
-    (directory / "experiment.json").write_text(noisy(tmp_path, "all", *OTHER).model_dump_json())
-    again = why(directory, "0")
-    assert again.reason == AGAIN
-    assert again.record_id != again.run_id
-    other_plant = noisy(tmp_path, "all", "friction.viscous=60")
-    (directory / "experiment.json").write_text(other_plant.model_dump_json())
-    assert why(directory, "0").reason == "new"
-    settings = ("--out", directory, "--set", "wavelet.levels=3", "--workers", "2")
-    assert run_json("sweep", tmp_path / "noisy.yaml", *settings)["measured"] == 4
+    assert_same_bits(directory / "noisy.h5", first)
+    by_workers = ("--out", directory, "--set", "wavelet.levels=3", "--workers", "2")
+    assert run_json("sweep", tmp_path / "noisy.yaml", *by_workers)["measured"] == 4
+    axes = ("sweep.grid.wavelet.levels=[3, 4]", "sweep.grid.analysis.discard=[0 s, 1 s]")
+    plan = plan_sweep(noisy(tmp_path, "none", *axes), tmp_path / "none")
+    assert len(plan.missing) == 4 * plan.n_simulated == 16
 
 
 @pytest.mark.parametrize(("signals", "settings", "reason"), [
@@ -144,32 +122,6 @@ def test_a_record_that_failed_is_not_simulated_again(tmp_path):
     assert np.isfinite(rows["dwt.d1"][~failed]).all()
 
 
-SEVERAL = """\
-name: several
-record: {duration: 2 s}
-indicators:
-  dwt: {levels: 3}
-  second: {kind: dwt, levels: 4, channel: chamber_2_pressure, phase: all}
-sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}
-"""
-
-
-def test_every_output_is_a_labelled_variable_that_is_measured_of_the_stored_signals(tmp_path):
-    several = sweep_in(tmp_path, SEVERAL)
-    second = {"kind": "dwt", "levels": 4, "channel": "chamber_2_pressure", "phase": "all"}
-    with xarray.open_dataset(several.file, engine="h5netcdf") as runs:
-        phases, analysis = runs["second.d2_phases"], runs["second.analysis_id"].attrs
-        assert (runs["second.d4"].dims, phases.dims) == (("run",), ("run", "second.phase"))
-        assert phases.attrs["units"] == "Pa"
-        assert (analysis["indicator"], analysis["version"]) == ("dwt", 1)
-        assert '"levels":4' in analysis["options"]
-        channels = {Channel(name): runs[name].values for name in ("chamber_1_pressure", "chamber_2_pressure")}
-        batch = RecordBatch(channels, 500.0, tuple(runs["run_id"].values))
-        measured = measure(batch, make_indicators({"dwt": {"levels": 3}, "second": second})).values
-        for name, values in measured.items():
-            np.testing.assert_array_equal(runs[name], values)
-
-
 @pytest.mark.parametrize(
     ("text", "place"),
     [
@@ -196,13 +148,6 @@ def test_a_mistake_is_one_line_with_its_place(tmp_path, text, place):
     assert "\n" not in str(error.value)
 
 
-def test_the_options_of_dwt_are_those_of_the_wavelet(tmp_path):
-    short, long = tmp_path / "short.yaml", tmp_path / "long.yaml"
-    short.write_text("wavelet: {levels: 3, name: db4}\n")
-    long.write_text("indicators: {dwt: {levels: 3, name: db4}}\n")
-    assert load_experiment(short) == load_experiment(long)
-
-
 def test_labels_are_what_a_file_can_hold_and_no_names_of_its_variables() -> None:
     for label in ["a.b", "../x", "", "run", "phase", "3", "-a", "ä", "a\n", "x" * 65]:
         with pytest.raises(ConfigError):
@@ -216,6 +161,7 @@ def test_labels_are_what_a_file_can_hold_and_no_names_of_its_variables() -> None
 
 INDICATORS = {
     "dwt": {"levels": 4},
+    "second": {"kind": "dwt", "levels": 3, "channel": "chamber_2_pressure", "phase": "all"},
     "ring_down": {},
     "decay": {"kind": "pressure_decay", "rest": "position"},
     "balance": {"kind": "flow_balance", "spool": "command", "supply": "sum"},
@@ -255,6 +201,16 @@ def test_a_sweep_its_shards_and_measuring_its_results_say_the_same_to_the_bit(tm
     assert set(obstacles["return"][sound]) == {"has no return_pressure"}
     assert set(obstacles["ring_down"][sound & moving]) == {""}
     assert set(obstacles["balance"][sound & moving]) == {""}, "its return pressure is an option"
+    with xarray.open_dataset(reasons.file, engine="h5netcdf") as file:
+        phases, analysis = file["second.d2_phases"], file["second.analysis_id"].attrs
+        assert (phases.dims, phases.attrs["units"]) == (("run", "second.phase"), "Pa")
+        assert (analysis["indicator"], analysis["version"], '"levels":3' in analysis["options"]) == (
+            "dwt",
+            1,
+            True,
+        )
+    short, long = ({"wavelet": {"levels": 4}}, {"indicators": {"dwt": {"levels": 4}}})
+    assert load_experiment(short) == load_experiment(long)
     reasons.file.unlink()
     shards = read_results(reasons.directory).columns
     for label, texts in obstacles.items():

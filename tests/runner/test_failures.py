@@ -130,18 +130,14 @@ def long(tmp_path_factory):
     return folder / "long.yaml", (folder / "whole" / "long.h5").read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("stops", "codes"),
-    [
-        ([signal.SIGINT], {130}),
-        # a second Ctrl-C may meet an interpreter that is closing down; to a shell both are 130
-        pytest.param([signal.SIGINT, signal.SIGINT], {130, -signal.SIGINT}, marks=pytest.mark.long),
-        ([signal.SIGTERM], {130}),
-        pytest.param([signal.SIGKILL], {-signal.SIGKILL}, marks=pytest.mark.long),
-        ([], {0}),
-    ],
-    ids=["Ctrl-C", "Ctrl-C twice", "SIGTERM", "SIGKILL", "a worker is killed"],
-)
+@pytest.mark.parametrize(("stops", "codes"), [
+    ([signal.SIGINT], {130}),
+    # a second Ctrl-C may meet an interpreter that is closing down; to a shell both are 130
+    pytest.param([signal.SIGINT, signal.SIGINT], {130, -signal.SIGINT}, marks=pytest.mark.long),
+    ([signal.SIGTERM], {130}),
+    pytest.param([signal.SIGKILL], {-signal.SIGKILL}, marks=pytest.mark.long),
+    ([], {0}),
+], ids=["Ctrl-C", "Ctrl-C twice", "SIGTERM", "SIGKILL", "a worker is killed"])  # fmt: skip
 def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(long, tmp_path, stops, codes):
     (file, whole), out = long, tmp_path / "long"
     process = start("sweep", file, "--out", out)
@@ -191,29 +187,24 @@ def slow(tmp_path):
         process.communicate()
 
 
+@pytest.mark.parametrize("when", ["runs to compute", "first run"])
 @pytest.mark.parametrize("send", [os.kill, os.killpg], ids=["the command alone", "as a terminal does"])
-def test_an_interrupt_before_the_first_run_says_that_nothing_was_stored(slow, tmp_path, send):
-    wait_until((tmp_path / "out" / "run.log").exists)
-    refused = run("sweep", "slow.yaml", "--out", "out", check=2, cwd=tmp_path)
-    assert f"process {slow.pid} on {os.uname().nodename}" in refused.stderr
-    assert refused.stderr.count("\n") == 1
-    assert "interrupted before the first run ended; nothing was stored\n" in told_after(slow, send)
-
-
-def test_an_interrupt_while_the_fork_server_starts_leaves_no_traceback(slow):
-    assert says(slow, "runs to compute")
-    told_after(slow, os.killpg)
-
-
-def told_after(process, send):
-    """What a sweep says that is interrupted, and again if it asks for that."""
-    send(process.pid, signal.SIGINT)
-    if says(process, "press Ctrl-C again"):
-        send(process.pid, signal.SIGINT)
-    _, told = process.communicate(timeout=60)
-    assert process.returncode == 130
+def test_an_interrupt_before_the_first_run_says_that_nothing_was_stored(slow, tmp_path, send, when):
+    """Also while the fork server starts."""
+    if when == "first run":
+        wait_until((tmp_path / "out" / "run.log").exists)
+        refused = run("sweep", "slow.yaml", "--out", "out", check=2, cwd=tmp_path)
+        assert f"process {slow.pid} on {os.uname().nodename}" in refused.stderr
+        assert refused.stderr.count("\n") == 1
+    else:
+        assert says(slow, when)
+    send(slow.pid, signal.SIGINT)
+    if says(slow, "press Ctrl-C again"):
+        send(slow.pid, signal.SIGINT)
+    _, told = slow.communicate(timeout=60)
+    assert slow.returncode == 130
     assert "Traceback" not in told
-    return told
+    assert when != "first run" or "interrupted before the first run ended; nothing was stored\n" in told
 
 
 def test_ctrl_c_is_held_back_while_a_worker_starts_though_other_threads_take_it():

@@ -158,14 +158,13 @@ def test_what_is_no_condition_takes_text_for_a_number_or_selects_no_point_is_ref
 def test_later_files_win_and_mistakes_are_those_of_their_own_file(tmp_path):
     base, top = tmp_path / "base.yaml", tmp_path / "top.yaml"
     base.write_text(
-        "name: base\nfluid: {bulk_modulus: 600 MPa}\nfriction: {viscous: 10, coulomb: 11}\n"
-        "leakage: {internal_coefficient: 1e-9}\n"
+        "name: base\nfriction: {viscous: 10, coulomb: 11}\nleakage: {internal_coefficient: 1e-9}\n"
     )
     top.write_text("extends: base.yaml\nfriction: {viscous: 20}\nleakage: {internal_flow: 1 L/min}\n")
-    experiment = load_experiment(top, ["fluid.bulk_modulus=700 MPa"])
-    assert (experiment.name, experiment.fluid.bulk_modulus) == ("base", 700e6)
-    assert (experiment.friction.viscous, experiment.friction.coulomb) == (20.0, 11.0)
-    assert (experiment.leakage.internal_coefficient, experiment.leakage.internal_flow) == (None, 1 / 60000)
+    loaded = load_experiment(top, ["fluid.bulk_modulus=700 MPa"])
+    assert (loaded.name, loaded.fluid.bulk_modulus) == ("base", 700e6)
+    assert (loaded.friction.viscous, loaded.friction.coulomb) == (20.0, 11.0)
+    assert (loaded.leakage.internal_coefficient, loaded.leakage.internal_flow) == (None, 1 / 60000)
     base.write_text("\nfluid: {bulk_modulus: -1}\n")
     with pytest.raises(ConfigError, match=r"base\.yaml:2: fluid\.bulk_modulus: "):
         load_experiment(top)

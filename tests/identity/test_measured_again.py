@@ -31,10 +31,7 @@ record: {duration: 4 s}
 input: {period: 1 s}
 pressure_1_sensor: {noise: 1 kPa}
 store: {signals: STORED}
-sweep:
-  grid:
-    leakage.internal_flow: [0.5 L/min]
-    fluid.bulk_modulus: [551 MPa, 827 MPa]
+sweep: {grid: {leakage.internal_flow: [0.5 L/min], fluid.bulk_modulus: [551 MPa, 827 MPa]}}
 """
 AGAIN = "another analysis of a stored record, measured from its stored signals"
 OTHER = [
@@ -175,10 +172,7 @@ supply: {{return_pressure: 1 MPa}}
 pressure_1_sensor: {{noise: 1 kPa}}
 store: {{signals: all}}
 indicators: {json.dumps(INDICATORS)}
-sweep:
-  grid:
-    input.amplitude: [0 V, 2 V]
-    fluid.bulk_modulus: [551 MPa, 1e7 MPa]
+sweep: {{grid: {{input.amplitude: [0 V, 2 V], fluid.bulk_modulus: [551 MPa, 1e7 MPa]}}}}
 """
 
 

@@ -1,6 +1,5 @@
 """The paper's study over start phases and drawn parameters."""
 
-import csv
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,15 +10,12 @@ from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts
-from hydrofdi.report import runs
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.shards import FileSignals
-from hydrofdi.transforms import percentage_change
 from tests.commands import run, run_json
-from tests.conftest import sweep_in
 
 
 def test_margins_over_phases_are_those_of_sweeps_at_each_phase(table3, tmp_path):
@@ -122,23 +118,5 @@ def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
     assert len(raised) > 100
     delta = analysis.sealed.changes("fixed")
     assert alarm_verdicts(delta) == [d[2] > 0.0 and d[2] == max(d) for d in delta]
-
-
-def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp_path, monkeypatch):
-    passes = []
-    monkeypatch.setattr(runs, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
-    counts = []
-    for n_run in (20, 200):
-        StudyReport(made(tmp_path, BOTH % n_run)).document()
-        counts.append(len(passes))
-        passes.clear()
-    assert counts[0] == counts[1] > 0
-
-
-def test_the_forms_for_programs_hold_every_row(tmp_path):
-    drawn = sweep_in(tmp_path, BOTH % 30)
-    record = run_json("report", drawn.directory)
-    assert record["claims_not_evaluated"]
-    lines = list(csv.DictReader(run("report", drawn.directory, "--format", "csv").stdout.splitlines()))
-    assert len(lines) == 5 * len(record["rows"]) == 5 * drawn.summary["planned"]
-    assert {line["run_id"] for line in lines} == {row["run_id"] for row in record["rows"]}
+    assert alarm_verdicts(np.full((1, 5), np.nan)) == [None]
+    assert analysis.record()["claims_not_evaluated"]

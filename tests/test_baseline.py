@@ -69,13 +69,18 @@ def test_a_stored_request_keeps_the_baseline_that_it_names_and_may_have_defaults
         ExperimentConfig.model_validate(stored, context=STORED)
 
 
-SAMPLE = "name: s\n{more}\nsweep:\n  sample:\n    count: {count}\n    over:\n      {over}\n"
+COUNT = 4096
 
 
-def over(tmp_path, entry, *settings, more="", count=64):
-    file = tmp_path / "s.yaml"
-    file.write_text(SAMPLE.format(over=entry, more=more, count=count))
-    return load_experiment(file, settings)
+def sampled(over, *settings, method="sobol", seed=1, **config):
+    sample = f"sweep.sample={{method: {method}, count: {COUNT}, seed: {seed}, over: {{{over}}}}}"
+    return load_experiment(config, [sample, *settings])
+
+
+def drawn(over, *settings, **options):
+    """The drawn values, parameter by parameter."""
+    table = expand_runs(sampled(over, *settings, **options))
+    return [np.array(table.runs[:COUNT].values(name)) for name in table.axes]
 
 
 @pytest.mark.parametrize(("entry", "kind", "arguments"), [
@@ -86,38 +91,13 @@ def over(tmp_path, entry, *settings, more="", count=64):
     ("friction.scale: {triangular: ±30 %}", "triangular", [0.7, 1.0, 1.3]),
     ("pressure_1_sensor.bias: {normal: ± 25 kPa}", "normal", [0.0, 25e3]),
 ])  # fmt: skip
-def test_plus_or_minus_is_taken_about_the_nominal_value(tmp_path, entry, kind, arguments):
-    (law,) = over(tmp_path, entry).sweep.sample.over.values()
+def test_plus_or_minus_is_taken_about_the_nominal_value(entry, kind, arguments):
+    (law,) = sampled(entry).sweep.sample.over.values()
     assert law == {kind: pytest.approx(arguments)}
     for settings, nominal in (([], 600e6), (["fluid.bulk_modulus=1 GPa"], 1e9)):
-        more = "fluid: {bulk_modulus: 600 MPa}"
-        (law,) = over(tmp_path, "EBM: {uniform: ±10 %}", *settings, more=more).sweep.sample.over.values()
+        loaded = sampled("EBM: {uniform: ±10 %}", *settings, fluid={"bulk_modulus": 600e6})
+        (law,) = loaded.sweep.sample.over.values()
         assert law == {"uniform": pytest.approx([0.9 * nominal, 1.1 * nominal])}
-
-
-def test_whole_numbers_are_drawn_with_both_ends(tmp_path):
-    runs = expand_runs(over(tmp_path, "input.seed: {integers: [3, 6]}", more="input: {shape: steps}")).runs
-    assert {(value, type(value)) for value in runs.values("input.seed")} == {(n, int) for n in (3, 4, 5, 6)}
-
-
-@pytest.mark.parametrize(
-    "entry",
-    [
-        "valve.lap: {uniform: ±20 %}", "supply.pressure: {uniform: ±0.2 mm}",
-        "supply.pressure: {uniform: ±0 MPa}", "supply.pressure: {loguniform: ±5 %}",
-        "friction.law: {uniform: ±5 %}", "friction.viscous: {truncated_normal: [50, 1]}",
-        "friction.viscous: {truncated_normal: [50, 0, 1, 2]}", "friction.viscous: {lognormal: [50, 1]}",
-        "friction.viscous: {lognormal: [50, 2 kg]}", "friction.viscous: {triangular: [1, 3, 2]}",
-        "friction.viscous: {trianglar: [1, 2, 3]}", "leakage.internal_flow: {uniform: ±5 %}", "input.seed: {uniform: [0, 9]}",
-        "supply.pressure: {integers: [1, 9]}", "input.seed: {integers: [9, 1]}",
-        "supply.presure: {uniform: ±5 %}",
-    ],
-)  # fmt: skip
-def test_a_mistake_is_one_line_with_its_place(tmp_path, entry):
-    with pytest.raises(ConfigError) as error:
-        over(tmp_path, entry)
-    (mistake,) = error.value.mistakes
-    assert mistake.origin == f"{tmp_path / 's.yaml'}:7"
 
 
 FLOWS = "sweep.grid.leakage.internal_flow=[0 L/min, 0.12 L/min, 0.5 L/min]"
@@ -217,16 +197,6 @@ def test_the_least_duration_and_the_levels_that_are_named_work_and_one_sample_or
     assert levels or "levels: 8" not in text
 
 
-COUNT = 4096
-
-
-def drawn(over, *, method="sobol"):
-    """The drawn values, parameter by parameter."""
-    sample = f"sweep.sample={{method: {method}, count: {COUNT}, seed: 1, over: {over}}}"
-    table = expand_runs(load_experiment(None, [sample]))
-    return [np.array(table.runs[:COUNT].values(name)) for name in table.axes]
-
-
 LAWS = {
     "uniform: [40, 60]": stats.uniform(40, 20),
     "loguniform: [1, 100]": stats.loguniform(1, 100),
@@ -240,20 +210,26 @@ LAWS = {
 
 
 @pytest.mark.parametrize("method", ["sobol", "lhs", "random"])
-def test_draws_follow_their_distribution(method):
+def test_draws_follow_their_distribution_and_their_seed(method):
     for law, expected in LAWS.items():
-        (values,) = drawn(f"{{friction.viscous: {{{law}}}}}", method=method)
+        (values,) = drawn(f"friction.viscous: {{{law}}}", method=method)
         distance = stats.kstest(values, expected.cdf).statistic
         assert distance < (2.0 / math.sqrt(COUNT) if method == "random" else 2.0 / COUNT), law
-    over = "{friction.viscous: {truncated_normal: [50, 1 kN·s/m, 45, 60]}, actuator.mass: {triangular: [9, 9, 9.1]}}"
+    over = "friction.viscous: {truncated_normal: [50, 1 kN·s/m, 45, 60]}, actuator.mass: {triangular: [9, 9, 9.1]}"
     viscous, mass = drawn(over, method=method)
     assert 45 <= viscous.min() < 45.1 < 59.9 < viscous.max() <= 60
     assert 9 <= mass.min() <= mass.max() <= 9.1
+    again, other = (drawn(over, method=method, seed=seed)[0] for seed in (1, 2))
+    assert (viscous == again).all()
+    assert (viscous != other).any()
+    assert {*drawn("actuator.mass: {choice: [12, 13]}", method=method)[0]} == {12.0, 13.0}
+    whole = expand_runs(sampled("input.seed: {integers: [3, 6]}", "input.shape=steps", method=method)).runs
+    assert {(value, type(value)) for value in whole.values("input.seed")} == {(n, int) for n in (3, 4, 5, 6)}
 
 
 def test_deviations_have_the_unit_of_the_parameter_and_factors_have_none():
-    (values,) = drawn("{fluid.bulk_modulus: {truncated_normal: [600 MPa, 20 MPa, 0.5 GPa, 0.7 GPa]}}")
+    (values,) = drawn("EBM: {truncated_normal: [600 MPa, 20 MPa, 0.5 GPa, 0.7 GPa]}")
     assert values.std() == pytest.approx(20e6, rel=0.01)
-    (values,) = drawn("{fluid.bulk_modulus: {lognormal: [600 MPa, 1.1]}}")
+    (values,) = drawn("EBM: {lognormal: [600 MPa, 1.1]}")
     assert np.median(values) == pytest.approx(600e6, rel=1e-3)
     assert np.quantile(values, 0.8413) / 600e6 == pytest.approx(1.1, rel=1e-3)

@@ -103,24 +103,6 @@ def test_blocks_multiply_unite_and_nest_and_equal_points_are_one_run(tmp_path, b
     assert swept(tmp_path, block) == points
 
 
-SAMPLE = "sample: {{method: {}, count: 64, seed: {}, over: {}}}"
-
-
-@pytest.mark.parametrize("method", ["sobol", "lhs", "random"])
-def test_samples_are_seeded_and_stay_in_their_range(tmp_path, method):
-    over = "{fluid.bulk_modulus: {uniform: [551 MPa, 827 MPa]}, actuator.mass: {normal: [12.3 kg, 0.6 kg]}}"
-    points = np.array(swept(tmp_path, SAMPLE.format(method, 7, over)))
-    assert np.array_equal(points, swept(tmp_path, SAMPLE.format(method, 7, over)))
-    assert not np.array_equal(points, swept(tmp_path, SAMPLE.format(method, 8, over)))
-    assert ((points[:, 0] >= 551e6) & (points[:, 0] <= 827e6)).all()
-    assert abs(points[:, 1].mean() - 12.3) < 0.3
-    if method != "random":
-        strata = np.floor((points[:, 0] - 551e6) / 276e6 * 64)
-        assert len(set(strata)) == 64
-    choices = swept(tmp_path, SAMPLE.format(method, 7, "{actuator.mass: {choice: [12, 13]}}"))
-    assert {*choices} == {(12.0,), (13.0,)}
-
-
 def test_conditions_compare_compute_and_combine():
     values = {"a.b": 3.0, "c.d": 4.0, "e.f": None, "g.h": "db8"}
     true = [
@@ -178,21 +160,28 @@ grid: {fluid.bulk_modulus: {arange: [1, 2, 0]}}
 grid: {fluid.bulk_modulus: {arange: [1, 2, 1 kg]}}
 grid: {measurement.seed: {linspace: [0, 5, 3]}}
 grid: {fluid.bulk_modulus: '551 MPa:827:4'}
-sample: {count: 0, over: {fluid.bulk_modulus: {uniform: [1, 2]}}}
-sample: {count: 2, over: {fluid.bulk_modulus: {uniform: [2, 1]}}}
-sample: {count: 2, over: {fluid.bulk_modulus: {normal: [2, -1]}}}
-sample: {count: 2, over: {fluid.bulk: {uniform: [1, 2]}}}
+grid: {friction.viscous: [1]}, zip: {friction.viscous: [2]}
 zip: {friction.coulomb: [1, 2], friction.viscous: [1]}
 where: 'friction.viscos > 1', grid: {friction.viscous: [1]}
 where: '__import__("os")', grid: {friction.viscous: [1]}
 where: "friction.viscous < '150 MPa'", grid: {friction.viscous: [1]}
-grid: {friction.viscous: [1]}, zip: {friction.viscous: [2]}"""
+sample: {count: 0, over: {fluid.bulk_modulus: {uniform: [1, 2]}}}""".splitlines()
+DRAWS = [
+    "fluid.bulk_modulus: {uniform: [2, 1]}", "fluid.bulk_modulus: {normal: [2, -1]}", "supply.presure: {uniform: ±5 %}",
+    "valve.lap: {uniform: ±20 %}", "supply.pressure: {uniform: ±0.2 mm}", "supply.pressure: {uniform: ±0 MPa}",
+    "supply.pressure: {loguniform: ±5 %}", "friction.law: {uniform: ±5 %}", "input.seed: {uniform: [0, 9]}",
+    "friction.viscous: {truncated_normal: [50, 1]}", "friction.viscous: {truncated_normal: [50, 0, 1, 2]}",
+    "friction.viscous: {lognormal: [50, 1]}", "friction.viscous: {lognormal: [50, 2 kg]}",
+    "friction.viscous: {triangular: [1, 3, 2]}", "friction.viscous: {trianglar: [1, 2, 3]}",
+    "leakage.internal_flow: {uniform: ±5 %}", "supply.pressure: {integers: [1, 9]}", "input.seed: {integers: [9, 1]}",
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("block", MISTAKES.splitlines())
+@pytest.mark.parametrize("block", [*MISTAKES, *(f"sample: {{count: 2, over: {{{draw}}}}}" for draw in DRAWS)])
 def test_mistakes_in_a_block_are_reported_with_their_place(tmp_path, block):
-    with pytest.raises(ConfigError, match=r"^\S*experiment\.yaml:1: sweep"):
+    with pytest.raises(ConfigError, match=r"^\S*experiment\.yaml:1: sweep") as refused:
         load(tmp_path, f"sweep: {{{block}}}")
+    assert {each.origin for each in refused.value.mistakes} == {f"{tmp_path / 'experiment.yaml'}:1"}
 
 
 MODULI = "sweep.grid.fluid.bulk_modulus={linspace: [500 MPa, 900 MPa, %d]}"

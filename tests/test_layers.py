@@ -27,29 +27,17 @@ SIDEWAYS = {
 """Imports within a layer."""
 
 HOMES = {
-    "h5py": ("store/", "records/array_reader.py"),
-    "asammdf": ("records/array_reader.py",),
-    "nptdms": ("records/array_reader.py",),
-    "pywt": ("transforms.py", "indicators/catalogue/", "config/observation.py"),
-    "typer": ("cli/",),
-    "rich": ("cli/",),
-    "yaml": ("settings/files.py", "config/loading.py"),
-    "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
-    "pyarrow": ("tables/table.py", "records/files.py"),
-    "xarray": ("api/", "tables/table.py"),
-    "pandas": ("api/", "tables/table.py"),
-    "numba": ("compilation/",),
-    "llvmlite": ("compilation/",),
-    "distributed": ("execution/",),
-    "dask": ("execution/",),
-    "sklearn": ("detectors/scores/",),
-    "threadpoolctl": ("detectors/scores/contract.py",),
-    "paho": ("monitor/",),
-    "asyncua": ("monitor/opcua.py",),
-    "cryptography": ("monitor/opcua.py",),
-    "fmpy": ("fmi.py",),
+    "h5py": ("store/", "records/array_reader.py"), "asammdf": ("records/array_reader.py",),
+    "nptdms": ("records/array_reader.py",), "yaml": ("settings/files.py", "config/loading.py"),
+    "pywt": ("transforms.py", "indicators/catalogue/", "config/observation.py"), "typer": ("cli/",),
+    "rich": ("cli/",), "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
+    "pyarrow": ("tables/table.py", "records/files.py"), "xarray": ("api/", "tables/table.py"),
+    "pandas": ("api/", "tables/table.py"), "numba": ("compilation/",), "llvmlite": ("compilation/",),
+    "distributed": ("execution/",), "dask": ("execution/",), "sklearn": ("detectors/scores/",),
+    "threadpoolctl": ("detectors/scores/contract.py",), "fmpy": ("fmi.py",), "paho": ("monitor/",),
+    "asyncua": ("monitor/opcua.py",), "cryptography": ("monitor/opcua.py",),
     "prometheus_client": ("monitor/metrics.py",),
-}
+}  # fmt: skip
 """Outside library → where it may be imported."""
 
 TREES = {

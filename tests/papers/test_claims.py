@@ -18,7 +18,6 @@ from hydrofdi.papers.maddahi2015.report import StudyReport, deviations
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.report.page import render_markdown
 from hydrofdi.report.runs import run_table
-from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from tests.commands import run_hydrofdi
 from tests.conftest import SMALL, sweep_in
@@ -40,35 +39,12 @@ def test_the_claims_of_the_configuration_have_the_checks_that_the_paper_gives_re
     assert [len(result.checks) for result in paper_analysis.claims] == [3, 1, 3, 6, 2, 1]
 
 
-@pytest.mark.parametrize(("claim", "leakage", "bulk_modulus", "level", "factor"), [
-    ("C1", 1, 0, 1, 1.2), ("C2", 3, 0, 1, 1.4), ("C3", 2, 2, 1, 0.5), ("C4", 3, 1, 2, 3.0),
-    ("C5", 1, 2, 4, 0.5),
-])  # fmt: skip
-def test_breaking_one_cell_turns_the_verdict(paper, break_cell, claim, leakage, bulk_modulus, level, factor):
-    position = cell(paper, leakage, bulk_modulus)
-    assert claims(paper)[claim].reproduced is True
-    rms = paper.columns[names.DETAIL_RMS][position, level]
-    broken = claims(break_cell(paper, position, level, factor * rms))[claim]
-    assert broken.reproduced is False
-    assert broken.margin < 0.0
-    assert sum(bool(check[0] <= 0.0) for check in broken.checks) == 1
-
-
-def test_the_margin_is_how_far_a_delta_can_move_before_the_verdict_turns(paper, break_cell):
-    (check, *_) = claims(paper)["C1"].checks
-    position, healthy = cell(paper, 1, 0), cell(paper, 0, 0)
-    rms = paper.columns[names.DETAIL_RMS]
-    for excess, outcome in ((-1e-3, True), (1e-3, False)):
-        moved = rms[position, 1] + (check[0] + excess) / 100.0 * rms[healthy, 1]
-        assert bool(claims(break_cell(paper, position, 1, moved))["C1"].checks[0][0] > 0.0) is outcome
-
-
 def test_a_missing_run_leaves_a_claim_open_unless_another_check_breaks_it(paper, break_cell):
     position = cell(paper, 3, 1)
     holed = break_cell(paper, position, slice(None), np.nan)
     assert [result.reproduced for result in claims(holed).values()] == [True, True, None, None, True, None]
     broken = break_cell(holed, cell(paper, 1, 1), 2, 1e9)
-    assert claims(broken)["C4"].reproduced is False
+    assert (claims(broken)["C4"].reproduced, claims(broken)["C4"].margin < 0.0) == (False, True)
 
 
 def margins_of(leaky):

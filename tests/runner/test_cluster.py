@@ -21,13 +21,13 @@ sweep:
     fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 150]}
 """
 
-IMPATIENT = [
-    sys.executable,
-    "-c",
-    "import hydrofdi.execution.engines as cluster; cluster.MOST_SECONDS_WITHOUT_WORKERS = 3.0;"
-    "from hydrofdi.cli.app import main; main()",
-]
-"""The command, with little patience for a cluster without workers."""
+LOCAL = ("--no-dashboard", "--host", "127.0.0.1")
+IMPATIENT = """
+import hydrofdi.execution.engines as cluster
+cluster.MOST_SECONDS_WITHOUT_WORKERS = 3.0
+from hydrofdi.cli.app import main
+main()
+"""
 
 
 @pytest.fixture
@@ -36,18 +36,11 @@ def cluster(tmp_path):
     log, processes = tmp_path / "scheduler.log", []
 
     def begin(kind, *arguments, to):
-        command = [
-            sys.executable,
-            "-m",
-            f"distributed.cli.dask_{kind}",
-            *arguments,
-            "--no-dashboard",
-            "--host",
-        ]
+        command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *LOCAL, *arguments]
         environment = os.environ | {"DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "5s"}
         with open(to, "w") as output:
             options = {"stdout": output, "stderr": output, "cwd": tmp_path, "env": environment}
-            processes.append(subprocess.Popen([*command, "127.0.0.1"], **options))
+            processes.append(subprocess.Popen(command, **options))
 
     try:
         begin("scheduler", "--port", "0", to=log)
@@ -111,7 +104,7 @@ def test_a_cluster_that_ends_is_an_error_and_the_same_command_completes_to_the_s
     tmp_path, cluster, spread, number, whom
 ):
     (file, whole), out = spread, tmp_path / "spread"
-    code, told = disturbed(cluster, file, out, number, whom, command=IMPATIENT)
+    code, told = disturbed(cluster, file, out, number, whom, command=[sys.executable, "-c", IMPATIENT])
     assert (code, "Traceback" in told) == (2, False), told
     (error,) = [line for line in told.splitlines() if line.startswith("hydrofdi: ")]
     stored = int(re.search(r"runs stored: (\d+) of 600; the same command continues", error).group(1))

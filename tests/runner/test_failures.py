@@ -268,10 +268,8 @@ def assert_one_line(refused, words):
 @pytest.mark.parametrize("size", [10, 200_000], ids=["at the start", "in the middle"])
 def test_a_full_disk_gives_one_line_and_loses_nothing(tmp_path, size):
     file, out = tmp_path / "disk.yaml", tmp_path / "disk"
-    file.write_text(
-        "name: disk\nrecord: {duration: 2 s}\nsweep:\n  grid:\n"
-        "    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 30]}\n"
-    )
+    moduli = "{fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 30]}}"
+    file.write_text(f"name: disk\nrecord: {{duration: 2 s}}\nsweep: {{grid: {moduli}}}\n")
     stopped = run("sweep", file, "--out", out, check=2, **limited(resource.RLIMIT_FSIZE, size))
     assert_one_line(stopped, "cannot be written")
     assert not list(out.rglob(".*.part"))

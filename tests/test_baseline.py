@@ -137,16 +137,6 @@ def test_at_the_nominal_actuator_of_its_scenario_each_flow_is_solved_once():
     assert all(run.calibration is None or run.calibration.supply == run.parameters.supply for run in runs)
 
 
-def test_a_leaky_baseline_is_solved_under_the_same_conditions():
-    """Files refuse such a baseline; results of earlier versions may have it."""
-    experiment = load_experiment(None, [DRAWN, NOMINAL])
-    leaky = experiment.baseline | {"leakage.internal_flow": 1e-6}
-    table = expand_runs(experiment.model_copy(update={"baseline": leaky}))
-    assert table.runs.solutions() == {"flows": 1, "conditions": 1, "total": 1}
-    healthy = table.runs[int(table.matched_baseline[3])]
-    assert healthy.parameters.friction == table.runs[3].parameters.friction != healthy.calibration.friction
-
-
 def test_a_nominal_coefficient_is_shared_and_flows_differ(tmp_path, experiment_file):
     file = experiment_file(
         "name: drawn\nrecord: {duration: 2 s}\ncalibration: {at: nominal}\nstore: {signals: none}\n"

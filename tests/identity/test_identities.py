@@ -11,8 +11,6 @@ from hydrofdi.config import RunSpec, expand_runs, load_experiment
 from hydrofdi.config.experiment import Analysis, IndicatorChoice
 from hydrofdi.config.request import RECORD_SECTIONS, RunParameters, RunRequest, parameter_names
 from hydrofdi.config.runs import record_identities, record_identity, run_identities, run_identity
-from hydrofdi.errors import StoreError
-from hydrofdi.store.results import rows_named
 from hydrofdi.transforms import WaveletConfig
 
 
@@ -83,11 +81,3 @@ def test_table_3_keeps_its_numbers(table3):
         for level in range(5):
             np.testing.assert_array_equal(file[f"dwt.d{level + 1}"], file["detail_rms"][:, level])
             np.testing.assert_array_equal(file[f"dwt.d{level + 1}_phases"], phases[..., level])
-
-
-def test_digits_are_a_row_if_there_is_one_and_else_begin_an_identity():
-    ids = ["8541784512345678", "1aaaaaaaaaaaaaaa"]
-    assert rows_named("1", ids, ids, "here") == [1]
-    assert rows_named("85417845", ids, ids, "here") == [0]
-    with pytest.raises(StoreError, match="has no row 7, but rows 0 to 1"):
-        rows_named("7", ids, ids, "here")

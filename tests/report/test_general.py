@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError, ReportError
@@ -16,7 +14,6 @@ from hydrofdi.papers import make_report
 from hydrofdi.report.figures import KINDS, draw_figure
 from hydrofdi.report.indicators import measured_indicator, relative_change
 from hydrofdi.report.page import render_json, render_page, write_all_forms
-from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from hydrofdi.tables.table import Table
 from tests.commands import run
@@ -93,26 +90,6 @@ def test_a_report_keeps_its_tables_for_programs_and_its_page(made_up):
     blocks = tuple(block for block in document.blocks if block.key not in ("provenance", "settled"))
     page = render_page(replace(document, blocks=blocks), {}, {})
     check_golden("made_up.html", page[page.index("<main>") : page.index("</main>")] + "\n")
-
-
-NUMBERS = st.lists(st.floats(-1e200, 1e200) | st.just(float("nan")), min_size=6, max_size=6)
-NAMES = (names.MEAN_LEAKAGE_FLOW, names.MODE_FREQUENCY, names.MODE_DAMPING_RATIO, names.DETAIL_RMS)
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50, deadline=None)
-@given(columns=st.fixed_dictionaries(dict.fromkeys(NAMES, NUMBERS)))
-def test_a_table_survives_csv_and_json(made_up, columns):
-    columns[names.DETAIL_RMS] = np.tile(columns[names.DETAIL_RMS], (5, 1)).T
-    with np.errstate(all="ignore"):
-        changed = {name: np.array(values) for name, values in columns.items()}
-        report = make_report(replace(made_up, columns=made_up.columns | changed))
-        tidy, record = report.columns(), report.record()
-    read = list(csv.DictReader(Table.of(tidy).to_csv().splitlines()))
-    for header, values in tidy.items():
-        for line, value in zip(read, values, strict=True):
-            text = line[header]
-            assert text == "" if value is None else type(value)(text) == value
-    assert json.loads(json.dumps(record, allow_nan=False)) == record
 
 
 def test_the_same_data_give_the_same_bytes_in_all_forms(tmp_path):

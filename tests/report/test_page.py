@@ -9,7 +9,6 @@ import pytest
 from scipy.stats import binomtest
 
 from hydrofdi.errors import UnknownNameError
-from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval
 from hydrofdi.report.page import write_page
 from hydrofdi.tables.table import Column, Table, quantity
@@ -66,14 +65,6 @@ def test_a_request_of_a_page_would_be_seen(tmp_path):
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.long)])
 def test_axe_finds_no_serious_fault(page, tmp_path, scheme):
     assert serious_faults(page, tmp_path, scheme) == []
-
-
-def test_a_figure_that_cannot_be_drawn_leaves_a_hole_with_the_reason(made_up, tmp_path):
-    path = tmp_path / "made_up.html"
-    write_page(make_report(made_up), path)
-    text = path.read_text(encoding="utf-8")
-    assert '<p class="hole">This figure is missing: ' in text
-    assert "results/made_up/made_up.h5: no such file" in text
 
 
 @pytest.fixture

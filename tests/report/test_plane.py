@@ -128,11 +128,6 @@ def test_a_run_draws_chosen_channels_from_an_instant_on_and_says_if_none_are_sto
         bare[0].plot()
 
 
-def test_failed_runs_are_rows(failing_sweep):
-    failed = package.load(failing_sweep.directory).failed
-    assert (failed["status"].tolist(), failed["run"].tolist()) == (["diverged"], [1])
-
-
 def test_the_wide_form_has_a_line_for_each_run(folder):
     wide = run("report", "results/mine", "--format", "wide", cwd=folder).stdout
     lines, rows = [*csv.DictReader(wide.splitlines())], run_json("report", "results/mine", cwd=folder)["rows"]

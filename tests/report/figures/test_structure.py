@@ -5,8 +5,6 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 
-import hydrofdi
-from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.report.figures import (
     COLORS,
     LINES,
@@ -17,7 +15,6 @@ from hydrofdi.report.figures import (
     figure_bytes,
     series,
 )
-from hydrofdi.report.figures.signals import draw_record
 from tests.report.rows import check_golden
 
 COMPARED = [
@@ -92,13 +89,3 @@ def test_eight_series_differ_in_colour_in_line_and_in_marker():
     assert [len({str(each) for each in looks}) for looks in (COLORS, LINES, MARKERS)] == [8, 8, 8]
     many = [series(place, 12) for place in range(12)]
     assert len({(str(each["color"]), str(each["linestyle"])) for each in many}) == 12
-
-
-def test_runs_and_records_can_be_drawn():
-    run = hydrofdi.simulate({"record": {"duration": "4 s"}, "control": {"law": "pi"}})
-    assert figure_bytes(run.plot(), "png")
-    dataset = hydrofdi.simulate(duration="4 s").to_xarray()
-    names = ("chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage")
-    channels = {Channel(name): dataset[name].values[None, :] for name in names}
-    record = RecordBatch(channels, 500.0, ("made",))
-    assert figure_bytes(draw_record(record), "png")

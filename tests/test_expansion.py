@@ -35,21 +35,10 @@ def test_a_grid_is_all_combinations_with_the_last_axis_varying_fastest_and_its_o
         assert run.calibration.leakage.internal_flow == 2e-6
 
 
-def test_baselines_that_the_sweep_lacks_are_added_after_it():
-    table = table_of("sweep.grid.K_i=[1e-8]", "sweep.grid.EBM=[689 MPa]")
-    assert (table.n_swept, len(table.runs)) == (1, 3)
-    added = [table.runs[row[0]].parameters for row in (table.fixed_baseline, table.matched_baseline)]
-    assert [each.fluid.bulk_modulus for each in added] == [551e6, 689e6]
-    assert [each.leakage.internal_coefficient for each in added] == [0.0, 0.0]
-
-
-@pytest.mark.parametrize(
-    "spellings",
-    [
-        ["leakage.external_coefficient=0", "leakage.internal_flow=0", "leakage.internal_coefficient=0"],
-        ["fluid.bulk_modulus=689 MPa", "fluid={bulk_modulus: 6890 bar}", "fluid.bulk_modulus=689e6"],
-    ],
-)
+@pytest.mark.parametrize("spellings", [
+    ["leakage.external_coefficient=0", "leakage.internal_flow=0", "leakage.internal_coefficient=0"],
+    ["fluid.bulk_modulus=689 MPa", "fluid={bulk_modulus: 6890 bar}", "fluid.bulk_modulus=689e6"],
+])  # fmt: skip
 def test_the_identity_follows_what_differs_from_the_defaults_and_not_its_spelling(spellings):
     identities = {run_identity(table_of(setting, f"name=n{len(setting)}").runs[0]) for setting in spellings}
     assert len(identities) == 1

@@ -120,15 +120,11 @@ INDICATORS = (
 )
 
 
-@pytest.mark.parametrize(
-    ("code", "forbidden"),
-    [
-        ("import hydrofdi", r"numpy|numba|pydantic|h5py"),
-        (INDICATORS, r"hydrofdi\.(config|simulation)"),
-        (EVALUATION, r"scipy|hydrofdi\.(?!errors|evaluation|version)\w+"),
-    ],
-    ids=["the package", "what reads records", "the room of arrays"],
-)
+@pytest.mark.parametrize(("code", "forbidden"), [
+    ("import hydrofdi", r"numpy|numba|pydantic|h5py"),
+    (INDICATORS, r"hydrofdi\.(config|simulation)"),
+    (EVALUATION, r"scipy|hydrofdi\.(?!errors|evaluation|version)\w+"),
+], ids=["the package", "what reads records", "the room of arrays"])  # fmt: skip
 def test_a_part_never_loads_what_it_must_not_know(code, forbidden):
     code += "; import re, sys; print([name for name in sys.modules if re.match(sys.argv[1], name)])"
     done = subprocess.run([sys.executable, "-c", code, forbidden], capture_output=True, text=True, check=True)

@@ -47,24 +47,20 @@ def test_symbols_name_what_is_drawn_compared_and_faulty():
 THREE = [5e8, 6e8, 7e8]
 
 
-@pytest.mark.parametrize(
-    ("axis", "values"),
-    [
-        (["500 MPa", 6e8, "0.7 GPa"], THREE),
-        ({"linspace": ["500 MPa", "700 MPa", 3]}, THREE),
-        ({"from": 5e8, "to": 7e8, "num": 3}, THREE),
-        ({"start": "500 MPa", "stop": "700 MPa", "step": "100 MPa"}, THREE),
-        ({"from": "500 MPa", "to": "750 MPa", "step": "100 MPa"}, THREE),
-        ({"arange": ["500 MPa", "700 MPa", "100 MPa"]}, THREE[:2]),
-        ({"arange": [0.1, 0.4, 0.1]}, [0.1, 0.2, 0.3]),
-        ("500 MPa:700MPa:3", THREE),
-        ("500 MPa:700 MPa:100 MPa", THREE),
-        ("100 MPa:10 GPa:3:log", [1e8, 1e9, 1e10]),
-        ({"geomspace": [1e8, 1e10, 3]}, [1e8, 1e9, 1e10]),
-        ({"logspace": ["100 MPa", 1e10, 3]}, [1e8, 1e9, 1e10]),
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize(("axis", "values"), [
+    (["500 MPa", 6e8, "0.7 GPa"], THREE),
+    ({"linspace": ["500 MPa", "700 MPa", 3]}, THREE),
+    ({"from": 5e8, "to": 7e8, "num": 3}, THREE),
+    ({"start": "500 MPa", "stop": "700 MPa", "step": "100 MPa"}, THREE),
+    ({"from": "500 MPa", "to": "750 MPa", "step": "100 MPa"}, THREE),
+    ({"arange": ["500 MPa", "700 MPa", "100 MPa"]}, THREE[:2]),
+    ({"arange": [0.1, 0.4, 0.1]}, [0.1, 0.2, 0.3]),
+    ("500 MPa:700MPa:3", THREE),
+    ("500 MPa:700 MPa:100 MPa", THREE),
+    ("100 MPa:10 GPa:3:log", [1e8, 1e9, 1e10]),
+    ({"geomspace": [1e8, 1e10, 3]}, [1e8, 1e9, 1e10]),
+    ({"logspace": ["100 MPa", 1e10, 3]}, [1e8, 1e9, 1e10]),
+], ids=str)  # fmt: skip
 def test_an_axis_may_be_written_in_each_usual_form(axis, values):
     loaded = load_experiment({"sweep": {"grid": {"EBM": axis}}})
     assert loaded.sweep.grid == {EBM: pytest.approx(values, rel=1e-12)}

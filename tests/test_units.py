@@ -55,13 +55,10 @@ def test_no_text_raises_anything_but_a_value_error(text):
         parse_quantity(text, "Pa")
 
 
-@pytest.mark.parametrize(
-    ("text", "unit", "meant"),
-    [
-        ("1.2 GPA", "Pa", "'GPa'"), ("30 bars", "Pa", "'bar'"), ("0.1 lpm", "m^3/s", "'L/min'"),
-        ("633 mm2", "m^2", "'mm²'"), ("20 mpa", "Pa", "'MPa' or 'mPa'?"), ("3 N-s/m", "N*s/m", "'N·s/m'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "unit", "meant"), [
+    ("1.2 GPA", "Pa", "'GPa'"), ("30 bars", "Pa", "'bar'"), ("0.1 lpm", "m^3/s", "'L/min'"),
+    ("633 mm2", "m^2", "'mm²'"), ("20 mpa", "Pa", "'MPa' or 'mPa'?"), ("3 N-s/m", "N*s/m", "'N·s/m'"),
+])  # fmt: skip
 def test_misspelt_units_get_the_one_that_they_may_stand_for(text, unit, meant):
     with pytest.raises(ValueError, match=f"did you mean {re.escape(meant)}"):
         parse_quantity(text, unit)
@@ -76,22 +73,13 @@ def test_what_is_converted_comes_back_a_bare_number_as_it_is_and_what_is_no_numb
     assert convert(math.inf, unit) == math.inf
 
 
-SAMPLED = """
-name: own
-fluid: {bulk_modulus: 1.2 GPa}
-sweep:
-  sample:
-    count: 4
-    over: {friction.velocity_threshold: {normal: [900 um/s, 9 um/s]}, supply.pressure: {uniform: ±5 bar}}
-"""
-
-
 def test_values_of_sections_axes_and_distributions_are_remembered_with_their_units(tmp_path, experiment_file):
-    assert load_experiment(experiment_file(SAMPLED)).units == {
-        "fluid.bulk_modulus": "GPa",
-        "friction.velocity_threshold": "um/s",
-        "supply.pressure": "bar",
-    }
+    over = "friction.velocity_threshold: {normal: [900 um/s, 9 um/s]}, supply.pressure: {uniform: ±5 bar}"
+    sample = f"sweep: {{sample: {{count: 4, over: {{{over}}}}}}}"
+    units = load_experiment(experiment_file(f"name: own\nfluid: {{bulk_modulus: 1.2 GPa}}\n{sample}\n")).units
+    assert units == {
+        "fluid.bulk_modulus": "GPa", "friction.velocity_threshold": "um/s", "supply.pressure": "bar",
+    }  # fmt: skip
     assert " µm" in run("plan", "experiment.yaml", cwd=tmp_path).stdout
 
 

@@ -119,24 +119,21 @@ def test_a_record_that_failed_is_not_simulated_again(tmp_path):
     assert np.isfinite(rows["dwt.d1"][~failed]).all()
 
 
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("indicators: [dvt]\n", r":1: indicators.dvt: .*'dwt'"),
-        ("indicators:\n  dwt: {}\n  m: {kind: modwt, levls: 3}\n", ":3: indicators.m.levls: "),
-        ("indicators:\n  dwt: {levels: 99}\n", ":2: indicators.dwt.levels: "),
-        ("indicators:\n  dwt: {level: 3}\n", ":2: indicators.dwt.level: "),
-        ("wavelet: {levels: 3}\nindicators:\n  dwt: {levels: 4}\n", ":3: "),
-        ("indicators:\n  dwt: {channel: chamber_2_pressure}\n", ":2: indicators.dwt.channel: "),
-        *(
-            (f"indicators: {stated}\n", ":1: indicators")
-            for stated in (
-                "3", "null", "[]", "{}", '"*"', "'dwt,,modwt'", "[dwt, {modwt: {levels: 3}}]", "[dwt, 3]",
-                "[dwt, dwt]", "[dwt, all]", "{rod: {}}", "{dwt: 3}",
-            )
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "place"), [
+    ("indicators: [dvt]\n", r":1: indicators.dvt: .*'dwt'"),
+    ("indicators:\n  dwt: {}\n  m: {kind: modwt, levls: 3}\n", ":3: indicators.m.levls: "),
+    ("indicators:\n  dwt: {levels: 99}\n", ":2: indicators.dwt.levels: "),
+    ("indicators:\n  dwt: {level: 3}\n", ":2: indicators.dwt.level: "),
+    ("wavelet: {levels: 3}\nindicators:\n  dwt: {levels: 4}\n", ":3: "),
+    ("indicators:\n  dwt: {channel: chamber_2_pressure}\n", ":2: indicators.dwt.channel: "),
+    *(
+        (f"indicators: {stated}\n", ":1: indicators")
+        for stated in (
+            "3", "null", "[]", "{}", '"*"', "'dwt,,modwt'", "[dwt, {modwt: {levels: 3}}]", "[dwt, 3]",
+            "[dwt, dwt]", "[dwt, all]", "{rod: {}}", "{dwt: 3}",
+        )
+    ),
+])  # fmt: skip
 def test_a_mistake_is_one_line_with_its_place(tmp_path, text, place):
     file = tmp_path / "file.yaml"
     file.write_text(text)

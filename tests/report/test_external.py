@@ -29,18 +29,13 @@ sweep:
 
 
 @pytest.fixture(scope="module")
-def leaking(tmp_path_factory):
+def data(tmp_path_factory):
     """Internal leakage, external leakage of either chamber, and EBM on short records."""
-    return sweep_in(tmp_path_factory.mktemp("leaking"), LEAKING)
+    return read_results(sweep_in(tmp_path_factory.mktemp("leaking"), LEAKING).directory)
 
 
-@pytest.fixture(scope="module")
-def data(leaking):
-    return read_results(leaking.directory)
-
-
-def test_the_mean_external_flow_is_that_of_the_chamber_pressure(data, leaking):
-    with h5py.File(leaking.file) as file:
+def test_the_mean_external_flow_is_that_of_the_chamber_pressure(data):
+    with h5py.File(data.path) as file:
         pressures = [file[f"chamber_{chamber}_pressure"][:].mean(axis=1) for chamber in (1, 2)]
         assert file["mean_external_leakage_flow_1"].attrs["units"] == "m3 s-1"
     for chamber, (name, pressure) in enumerate(zip(names.EXTERNAL_LEAKAGE_FLOWS, pressures, strict=True), 1):

@@ -11,16 +11,6 @@ import pytest
 from tests.commands import COMMAND, run, run_json
 from tests.runner.processes import kill, shards, start, wait_until
 
-CONFIG = """\
-name: spread
-record: {duration: 8 s}
-store: {signals: none}
-sweep:
-  grid:
-    leakage.internal_flow: [0 L/min, 0.12 L/min, 0.89 L/min, 2 L/min]
-    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 150]}
-"""
-
 LOCAL = ("--no-dashboard", "--host", "127.0.0.1")
 IMPATIENT = """
 import hydrofdi.execution.engines as cluster
@@ -56,15 +46,6 @@ def cluster(tmp_path):
             process.wait()
 
 
-@pytest.fixture(scope="module")
-def spread(tmp_path_factory):
-    """A sweep of seconds, and the bytes of its results on this machine."""
-    folder = tmp_path_factory.mktemp("spread")
-    (folder / "spread.yaml").write_text(CONFIG)
-    run("sweep", "spread.yaml", "--out", "here", check=0, cwd=folder)
-    return folder / "spread.yaml", (folder / "here" / "spread.h5").read_bytes()
-
-
 def disturbed(cluster, file, out, number, whom, *options, command=COMMAND):
     """A sweep on the cluster, some of whose processes get a signal once a shard is stored."""
     address, processes = cluster
@@ -86,13 +67,13 @@ def disturbed(cluster, file, out, number, whom, *options, command=COMMAND):
     pytest.param(signal.SIGSTOP, "--shared-directory", marks=pytest.mark.long),
 ])  # fmt: skip
 def test_a_lost_worker_loses_nothing_and_the_bits_are_those_of_a_local_sweep(
-    tmp_path, cluster, spread, number, sharing
+    tmp_path, cluster, long, number, sharing
 ):
-    file, whole = spread
-    code, told = disturbed(cluster, file, tmp_path / "spread", number, slice(1, 2), sharing)
+    file, whole = long
+    code, told = disturbed(cluster, file, tmp_path / "long", number, slice(1, 2), sharing)
     assert code == 0, told
-    assert (tmp_path / "spread" / "spread.h5").read_bytes() == whole
-    assert run_json("verify", tmp_path / "spread")["sound"]
+    assert (tmp_path / "long" / "long.h5").read_bytes() == whole
+    assert run_json("verify", tmp_path / "long")["sound"]
 
 
 @pytest.mark.parametrize(("number", "whom"), [
@@ -101,9 +82,9 @@ def test_a_lost_worker_loses_nothing_and_the_bits_are_those_of_a_local_sweep(
     pytest.param(signal.SIGSTOP, slice(1, 3), marks=pytest.mark.long),
 ], ids=["the scheduler is killed", "all workers are killed", "all workers are stopped"])  # fmt: skip
 def test_a_cluster_that_ends_is_an_error_and_the_same_command_completes_to_the_same_bits(
-    tmp_path, cluster, spread, number, whom
+    tmp_path, cluster, long, number, whom
 ):
-    (file, whole), out = spread, tmp_path / "spread"
+    (file, whole), out = long, tmp_path / "long"
     code, told = disturbed(cluster, file, out, number, whom, command=[sys.executable, "-c", IMPATIENT])
     assert (code, "Traceback" in told) == (2, False), told
     (error,) = [line for line in told.splitlines() if line.startswith("hydrofdi: ")]
@@ -114,13 +95,12 @@ def test_a_cluster_that_ends_is_an_error_and_the_same_command_completes_to_the_s
     done = run_json("status", out)["done"]
     assert 0 < stored <= done < 600  # a worker may have stored more since
     assert run_json("sweep", file, "--out", out)["completed"] == 600 - done
-    assert (out / "spread.h5").read_bytes() == whole
+    assert (out / "long.h5").read_bytes() == whole
 
 
 def test_an_absent_scheduler_is_reported_in_one_line(tmp_path, monkeypatch):
     monkeypatch.setattr("hydrofdi.execution.engines.PATIENCE", "0.5s")
-    (tmp_path / "spread.yaml").write_text(CONFIG)
-    sweep = ("sweep", tmp_path / "spread.yaml", "--out", tmp_path / "x", "--engine", "dask")
+    sweep = ("sweep", "smoke", "--out", tmp_path / "x", "--engine", "dask")
     assert "needs scheduler" in run(*sweep, check=2).stderr
     assert "no answer" in run(*sweep, "--scheduler", "tcp://127.0.0.1:9", check=2).stderr
     assert not (tmp_path / "x").exists()

@@ -110,26 +110,6 @@ def test_what_is_lost_while_leaks_are_solved_becomes_a_row_and_can_be_tried_agai
     assert retried["statuses"] == {}
 
 
-LONG = """\
-name: long
-record: {duration: 8 s}
-store: {signals: none}
-sweep:
-  grid:
-    leakage.internal_coefficient: {linspace: [0, 3e-8, 20]}
-    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 25]}
-"""
-
-
-@pytest.fixture(scope="module")
-def long(tmp_path_factory):
-    """A sweep of seconds, and the bytes of its results where nothing stops it."""
-    folder = tmp_path_factory.mktemp("long")
-    (folder / "long.yaml").write_text(LONG)
-    run("sweep", "long.yaml", "--out", "whole", check=0, cwd=folder)
-    return folder / "long.yaml", (folder / "whole" / "long.h5").read_bytes()
-
-
 @pytest.mark.parametrize(("stops", "codes"), [
     ([signal.SIGINT], {130}),
     # a second Ctrl-C may meet an interpreter that is closing down; to a shell both are 130
@@ -160,7 +140,7 @@ def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(long, t
     status = run_json("status", out)
     assert (0 < status["done"] < status["planned"]) == bool(stops)
     if stops == [signal.SIGINT]:
-        assert f"runs stored: {status['done']:,} of 500; the same command continues from there" in told
+        assert f"runs stored: {status['done']:,} of 600; the same command continues from there" in told
     later = run("sweep", file, "--out", out, "--json", check=0)
     assert json.loads(later.stdout)["completed"] == status["missing"]
     took_over = f"took over a stale lock of a sweep that was killed (process {process.pid}"

@@ -93,17 +93,6 @@ def test_a_record_that_cannot_be_judged_says_why(trained, tmp_path, kind, option
     assert "no window of odd.csv was judged: " in ended.stderr
 
 
-def test_clipped_and_novel_windows_are_no_alarms(trained, tmp_path):
-    samples = pressure(6)
-    samples[2000:3000] = np.minimum(samples[2000:3000], 9.5e6)
-    samples[4000:] += 20e6
-    ended, found = detected(trained, written(tmp_path / "odd.csv", samples))
-    kinds = [row["fault"] and row["fault"]["kind"] for row in found["windows"]]
-    assert [*kinds[:3], kinds[4], *kinds[8:]] == [None] * 3 + ["clipped"] + ["novel"] * 3
-    assert all((row["score"] is not None) and row["alarm"] is None for row in found["windows"][8:])
-    assert "not judged: " in ended.stderr
-
-
 def test_late_alarms_are_in_the_table_and_all_rows_in_csv(trained, tmp_path):
     source = written(tmp_path / "long.csv", pressure(40, leaking=[38]))
     shown = run_hydrofdi("detect", trained, source).stdout

@@ -45,17 +45,6 @@ def test_the_single_run_of_a_study_keeps_its_signals(tmp_path):
     assert "simulate again" in run("export", stored, "--out", tmp_path / "two.csv", check=2).stderr
 
 
-def test_the_identity_that_measure_prints_leads_to_its_run(small_sweep, tmp_path):
-    runs = hydrofdi.load(small_sweep.directory).data.columns["run_id"]
-    for record_id in hydrofdi.measure(small_sweep.directory)["record_id"].tolist():
-        run = hydrofdi.why(small_sweep.directory, record_id[:8])
-        assert run.record_id == record_id
-        assert run.run_id in runs
-        (file,) = hydrofdi.export(small_sweep.directory, tmp_path / record_id, runs=[record_id[:8]]).files
-        assert run.run_id[:12] in file.name
-        assert hydrofdi.why(small_sweep.directory, run.run_id).run_id == run.run_id
-
-
 FILES = [PRESSURES.read_bytes(), (REPOSITORY / "configs" / "table3.yaml").read_bytes()]
 SUFFIXES = st.sampled_from([".csv", ".yaml", ".h5", ".txt", ".mat", ".npz", ".parquet", ".gz", ""])
 PIECES = [*"a: \n{]1,;-\t", "&x", "p1 [bar]", "time [s]", "files", "name"]

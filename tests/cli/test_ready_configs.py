@@ -1,8 +1,6 @@
 """The ready configurations, by name and in any folder."""
 
 import json
-import math
-import re
 from pathlib import Path
 
 import pytest
@@ -94,14 +92,3 @@ def test_a_name_that_looks_like_a_number_is_text_and_an_existing_file_stays(tmp_
     assert "2024.yaml: already exists" in run("init", "2024", cwd=tmp_path, check=2).stderr
     assert (tmp_path / "2024.yaml").read_text() == before
     assert "name: " in run("init", "my press", cwd=tmp_path, check=2).stderr
-
-
-@pytest.mark.parametrize("template", ["actuator", "online"])
-def test_the_rated_flow_in_the_comment_is_that_of_the_numbers(tmp_path, template):
-    run("init", "mine", "--from", template, cwd=tmp_path, check=0)
-    file = tmp_path / "mine.yaml"
-    stated = re.search(r"(\d+) L/min at (\d+) V and (\d+) bar per edge", file.read_text())
-    flow, voltage, drop = map(float, stated.groups())
-    valve = load_experiment(file).valve
-    rated = valve.flow_gain * valve.spool_gain * voltage * math.sqrt(drop * 1e5) * valve.area_gradient * 60e3
-    assert rated == pytest.approx(flow, rel=0.01)

@@ -3,32 +3,8 @@ import os
 import re
 import shutil
 
-import pytest
-
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
-
-LEAKAGES = (0.12, 0.89, 2.0)
-BULK_MODULI = (551.0, 689.0, 827.0)
-
-
-def test_the_table_is_nine_leaky_modes_and_three_sealed_controls(hydrofdi, table3, table3_rows):
-    modes = {
-        (round(row["leakage_L_per_min"], 9), round(row["bulk_modulus_MPa"], 6)): row for row in table3_rows
-    }
-    assert modes.keys() == {(leakage, beta) for leakage in (0.0, *LEAKAGES) for beta in BULK_MODULI}
-    assert [modes[0.0, beta]["internal_leakage_coefficient"] for beta in BULK_MODULI] == [0.0] * 3
-    for leakage in LEAKAGES:
-        assert len({modes[leakage, beta]["internal_leakage_coefficient"] for beta in BULK_MODULI}) == 1
-    at_baseline = [modes[leakage, 551.0]["mean_internal_leakage_L_per_min"] for leakage in LEAKAGES]
-    assert at_baseline == pytest.approx(LEAKAGES, rel=1e-8)
-    frequencies = [modes[0.0, beta]["hydraulic_mode_Hz"] for beta in BULK_MODULI]
-    assert frequencies == sorted(frequencies)
-    assert frequencies[0] == pytest.approx(59.64, abs=0.02)
-    dampings = [modes[leakage, 551.0]["hydraulic_mode_damping_ratio"] for leakage in (0.0, *LEAKAGES)]
-    assert dampings == sorted(dampings)
-    checked = hydrofdi("report", table3.directory, "--check")
-    assert (checked.returncode, len(checked.stderr.splitlines())) == (0, 6)
 
 
 def test_without_a_folder_the_newest_experiment_is_reported(hydrofdi, small_sweep, failing_sweep, tmp_path):
@@ -49,24 +25,6 @@ def test_a_failed_run_is_a_row_without_numbers(hydrofdi, failing_sweep):
         assert result.returncode == 0
         assert not re.search(r"\bnan\b", result.stdout)
         assert "–" in result.stdout or form != "markdown"
-
-
-def test_a_grid_over_the_coefficient_itself_gives_the_same_table(table3_rows, tmp_path):
-    coefficients = list(dict.fromkeys(row["internal_leakage_coefficient"] for row in table3_rows))
-    assert len(coefficients) == 4
-    text = (
-        "name: coefficients\nstore: {signals: none}\nsweep:\n  grid:\n"
-        f"    leakage.internal_coefficient: {coefficients}\n    fluid.bulk_modulus: [551e6, 689e6, 827e6]\n"
-    )
-    sweep = sweep_in(tmp_path, text)
-    rows = json.loads(run_hydrofdi("report", sweep.directory, "--json", cwd=tmp_path).stdout)["rows"]
-    one, other = (
-        {(row["internal_leakage_coefficient"], row["bulk_modulus_MPa"]): row for row in each}
-        for each in (rows, table3_rows)
-    )
-    assert one.keys() == other.keys()
-    for name in ("detail_rms_Pa", "delta_fixed_percent", "delta_matched_percent"):
-        assert all(one[mode][name] == other[mode][name] for mode in one)
 
 
 SAMPLED = """\

@@ -76,24 +76,6 @@ def test_no_connection_is_made(hydrofdi, tmp_path, experiment_file):
     assert hydrofdi("report", env=environment).returncode == 0
 
 
-AXES = {
-    "record.step": ["0.1 ms", "0.05 ms"], "wavelet.levels": [1, 3], "wavelet.name": ["db4", "haar"],
-    "input.amplitude": ["1 V", "3 V"], "valve.natural_frequency": ["150 Hz", "160 Hz"],
-    "supply.pressure": ["10 MPa", "11 MPa"],
-}  # fmt: skip
-
-
-def test_any_parameter_can_be_swept(hydrofdi, experiment_file):
-    blocks = "".join(f"    - grid: {{{axis}: {json.dumps(values)}}}\n" for axis, values in AXES.items())
-    config = experiment_file(f"record: {{duration: 2 s}}\nsweep:\n  union:\n{blocks}")
-    result = hydrofdi("sweep", config, *IN_PROCESS)
-    assert result.returncode == 0, result.stderr
-    rows = json.loads(hydrofdi("report", "--json").stdout)["rows"]
-    assert {row["status"] for row in rows} == {"ok"}
-    for axis in AXES:
-        assert len({row["labels"][axis] for row in rows}) >= 2
-
-
 def test_records_and_features_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, experiment_file):
     config = experiment_file("sweep: {grid: {record.duration: [2 s, 4 s]}}\n")
     result = hydrofdi("sweep", config, *IN_PROCESS)

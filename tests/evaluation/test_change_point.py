@@ -77,26 +77,6 @@ def test_a_clear_growth_is_found_and_onset_and_limit_lie_in_their_intervals(mode
     assert holds_at_least(n_limit, n_repeat, 0.9)
 
 
-def test_a_jump_in_a_gap_may_be_anywhere_between_the_points_around_it():
-    """Sixty days without a tenth of the days and a week about the jump, and with an outlier."""
-    n_repeat, n_day, n_onset, widths = 20, 60, 0, []
-    for seed in range(n_repeat):
-        random, (scores, onset, *_) = np.random.default_rng([seed, 1]), worn(seed, n_day, "sudden")
-        days, first = np.arange(n_day), int(onset) - random.integers(0, 7)
-        kept = ((days < first) | (days >= first + 7)) & (random.random(n_day) > 0.1)
-        scores[random.choice(np.flatnonzero(kept))] += 40.0
-        kept[kept] = inliers(scores[kept])
-        model = ChangePointModel(days[kept].astype(float))
-        if model.p_value(scores[kept], 199) <= 0.01:
-            draws = model.draws(scores[kept], 1000)
-            since = Estimate.of(draws.onset, 0.95, draws.spacing)
-            n_onset += since.low <= onset <= since.high
-            widths.append(since.high - since.low)
-    assert len(widths) > 0.9 * n_repeat
-    assert holds_at_least(n_onset, len(widths), 0.95)
-    assert np.median(widths) <= 9.0, "no wider than the gap, and days that are missing beside it"
-
-
 def test_onsets_are_evenly_spread_also_over_gaps_and_short_histories_have_none():
     model = ChangePointModel(np.concatenate([np.arange(10.0), np.arange(17.0, 30.0)]))
     sudden = model.onset[model.law == 0]
@@ -138,16 +118,6 @@ def test_the_level_reaches_the_limit_when_it_is_said_to_and_at_the_stated_rate()
         assert draws.rate[law] == pytest.approx(slope)
     assert np.all(draws.reached(0.5) == -np.inf)
     assert draws.reached(1000.0)[1] == np.inf, "beyond the horizon"
-
-
-def test_a_covariate_is_taken_out():
-    random = np.random.default_rng(2)
-    warm = 10.0 * np.sin(DAYS / 12.0) + random.standard_normal(N_DAY)
-    scores = 0.5 * warm + 0.3 * random.standard_normal(N_DAY)
-    with_warm = ChangePointModel(DAYS, warm)
-    assert with_warm.p_value(scores, 199) > 0.05
-    slope = Estimate.of(with_warm.draws(scores, is_changed=False).slopes[:, 0], 0.99)
-    assert slope.low < 0.5 < slope.high < slope.low + 0.15
 
 
 def test_single_outliers_are_left_out_and_a_lasting_change_is_not():

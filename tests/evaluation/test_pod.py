@@ -154,15 +154,6 @@ def test_any_hits_and_misses_are_judged(records, floor):
         assert severity.min() <= bound.severity <= severity.max()
 
 
-def test_severities_in_another_unit_give_the_same_in_it():
-    outcomes = hits(np.random.default_rng(13), SEVERITY)
-    one, other = (
-        smallest_detectable(probability_of_detection(scale * SEVERITY, outcomes, false_alarm_rate=0.01))
-        for scale in (1, 1e-5)
-    )
-    assert other.severity == pytest.approx(1e-5 * one.severity, rel=1e-5)
-
-
 def test_a_right_curve_seldom_lacks_fit_and_a_wrong_one_does():
     draw, n_found = np.random.default_rng(16), 0
     for _ in range(200):

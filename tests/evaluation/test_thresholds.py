@@ -1,7 +1,6 @@
 """Thresholds: quantiles, tolerance limits and tails."""
 
 import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -29,15 +28,6 @@ def test_the_number_of_records_is_the_published_one_the_smallest_by_the_binomial
     for rate, confidence, rank in ((0.05, 0.9, 1), (0.1, 0.99, 4), (0.001, 0.95, 1), (0.5, 0.5, 1)):
         n = records_needed(rate, confidence, rank)
         assert binom.sf(rank - 1, n, rate) >= confidence > binom.sf(rank - 1, n - 1, rate)
-
-
-def test_a_confidence_that_is_met_exactly_is_met():
-    """Of n scores, half of them above, at least k are with a probability of whole 2⁻ⁿ."""
-    for n in range(1, 40):
-        for k in range(1, n):
-            met = float(Fraction(sum(math.comb(n, j) for j in range(k, n + 1)), 2**n))
-            if 0.01 < met < 0.999:
-                assert records_needed(0.5, met, k) == n
 
 
 def test_too_few_records_are_refused_with_the_number_that_would_do():

@@ -1,6 +1,5 @@
 """An FMU in the place of the cylinder: same signals, failures that cost one run, and nothing run unasked."""
 
-import csv
 import json
 
 import numpy as np
@@ -251,26 +250,6 @@ def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(fmu, tm
     assert nobody_left(process.pid)
     run("sweep", file, "--out", tmp_path / "out", check=0)
     np.testing.assert_array_equal(hydrofdi.load(tmp_path / "out").dataset.detail_rms.values, whole)
-
-
-@pytest.mark.long
-def test_table_3_follows_from_the_fmu(fmu, tmp_path):
-    asked = {
-        "extends": "table3", "name": "foreign",
-        "plant": on(fmu)["plant"] | {"parameters": {"fluid.bulk_modulus": "oil.beta"}},
-    }  # fmt: skip
-    for name, each in (("own", {"extends": "table3", "name": "own"}), ("foreign", asked)):
-        hydrofdi.sweep(each, out=tmp_path / name)
-    own, other = (
-        list(csv.DictReader(run("report", tmp_path / name, "--format", "csv", check=0).stdout.splitlines()))
-        for name in ("own", "foreign")
-    )
-    assert len(own) == len(other) == 60
-    for mine, theirs in zip(own, other, strict=True):
-        for name in ("delta_fixed_percent", "delta_matched_percent"):
-            assert float(theirs[name]) == pytest.approx(float(mine[name]), abs=0.05)
-        name = "internal_leakage_coefficient_m3.5_per_kg0.5"
-        assert float(theirs[name]) == pytest.approx(float(mine[name]), rel=1e-6)
 
 
 def test_numbers_and_units_that_could_mean_two_things_are_refused(tmp_path):

@@ -60,8 +60,9 @@ def sizes(evaluation):
 
 
 def test_labels_and_groups_become_areas_alarms_and_detections(rig):
-    done = run_json("evaluate", rig, *RATE)
+    done = run_json("evaluate", rig, "--usual-scores", *RATE)
     assert (done["records"], done["rejected"]) == (450, 0)
+    assert {"lda(P1)", "mahalanobis(P1)", "largest_change(d1 … d5)"} <= {*by_name(done)}
     assert done["studies"][0]["false_alarm_rate_set"] == 0.05
     assert done["groups"] == [f"unit {unit}" for unit in range(6)]
     assert sizes(done) == {"healthy": 150, "small": 150, "large": 150}

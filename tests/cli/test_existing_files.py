@@ -14,10 +14,7 @@ import typer.main
 import hydrofdi
 from hydrofdi.cli.app import application
 from hydrofdi.detectors.trained.configuration import setting_keys
-from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.shards import content_digest
 from hydrofdi.tables.table import Column, Table
-from tests.cli.test_measure import MUSEUM
 from tests.commands import run, run_hydrofdi, run_json
 
 SHORT = ("--set", "record.duration=2 s")
@@ -126,16 +123,6 @@ def test_a_report_replaces_its_own_files_and_no_foreign_one(small_sweep, tmp_pat
 def test_a_row_that_does_not_exist_is_named(small_sweep):
     (line,) = run("why", small_sweep.directory, "7", check=2).stderr.splitlines()
     assert "no row 7" in line
-
-
-def test_status_says_that_an_earlier_version_stored_the_runs(tmp_path):
-    folder = tmp_path / "kept"
-    shutil.copytree(MUSEUM / "kept", folder)
-    (shard,) = (folder / "shards").iterdir()
-    with h5py.File(shard, "a") as file:
-        file.attrs["physics_version"] = PHYSICS_VERSION - 1
-    shard.rename(shard.with_stem(content_digest(shard)))
-    assert run_json("status", folder)["earlier"] == 8
 
 
 def test_a_parted_table_shows_every_cell_whole_under_its_header_and_acts_on_no_terminal():

@@ -9,7 +9,6 @@ from hydrofdi.config import load_experiment
 from hydrofdi.config.plausibility import RULES, idle_parameters, unusual_values
 from hydrofdi.config.request import parameter_names
 from hydrofdi.execution.checks import STUDY_RULES, said
-from hydrofdi.indicators import indicator_kind, indicator_names
 from tests.commands import run, run_json
 
 
@@ -62,18 +61,6 @@ def test_defects_of_a_plain_file_are_named_and_a_record_is_drawn_by_name(tmp_pat
     first, second = (matplotlib.image.imread(tmp_path / f"{number}.png")[..., :3] for number in (0, 1))
     assert (second.min(axis=2) < 0.5).mean() > 0.005
     assert first.shape != second.shape or (first != second).any()
-
-
-def test_every_indicator_is_listed_and_described():
-    listed, text = run_json("indicators")["indicators"], run("indicators", check=0).stdout
-    assert [indicator["name"] for indicator in listed] == indicator_names()
-    for indicator in listed:
-        name, kind = indicator["name"], indicator_kind(indicator["name"])
-        assert name in text
-        assert run_json("indicators", name) == indicator
-        assert {option["name"] for option in indicator["options"]} == kind.Options.model_fields.keys()
-        assert all(option["text"] for option in indicator["options"]), name
-        assert [output["name"] for output in indicator["outputs"]] == [o.name for o in kind().outputs]
 
 
 STRANGE = [

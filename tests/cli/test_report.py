@@ -16,17 +16,6 @@ def test_without_a_folder_the_newest_experiment_is_reported(hydrofdi, small_swee
     assert json.loads(hydrofdi("report", "--json").stdout)["experiment"] == "failing"
 
 
-def test_a_failed_run_is_a_row_without_numbers(hydrofdi, failing_sweep):
-    rows = json.loads(hydrofdi("report", failing_sweep.directory, "--json").stdout)["rows"]
-    (failed,) = [row for row in rows if row["status"] != "ok"]
-    assert failed["detail_rms_Pa"] == failed["delta_fixed_percent"] == [None] * 5
-    for form in ("text", "markdown", "csv"):
-        result = hydrofdi("report", failing_sweep.directory, "--format", form)
-        assert result.returncode == 0
-        assert not re.search(r"\bnan\b", result.stdout)
-        assert "–" in result.stdout or form != "markdown"
-
-
 SAMPLED = """\
 name: sampled
 record: {duration: 1 s}
@@ -79,16 +68,6 @@ def test_check_ends_with_0_where_the_listed_claims_hold_and_with_1_where_one_doe
     failed = hydrofdi("report", "--check")
     assert failed.returncode == 1
     assert f"{broken} does not hold: " in failed.stderr
-
-
-def test_the_page_goes_where_it_is_wanted(hydrofdi, small_sweep, tmp_path):
-    for arguments, page in (
-        (("page.html", "--html"), tmp_path / "page.html"),
-        (("--format", "html"), small_sweep.directory / "small.html"),
-    ):
-        result = hydrofdi("report", small_sweep.directory, *arguments)
-        assert (result.returncode, result.stdout) == (0, "")
-        assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
 
 
 def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(hydrofdi, table3, tmp_path):

@@ -1,9 +1,7 @@
 import json
 import os
-import shutil
 
 import h5py
-import numpy as np
 import pytest
 
 import hydrofdi as package
@@ -55,18 +53,6 @@ def test_an_axis_is_never_dropped_silently(hydrofdi, axes):
     assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
 
 
-def test_a_run_that_diverges_is_a_stored_row_and_the_others_go_on(hydrofdi, failing_sweep, tmp_path):
-    assert (failing_sweep.result.returncode, failing_sweep.summary["failed"]) == (1, 1)
-    with h5py.File(failing_sweep.file) as file:
-        statuses, messages = (file[name].asstr()[:].tolist() for name in ("status", "message"))
-        assert statuses == ["ok", "diverged", "ok"]
-        assert [bool(message) for message in messages] == [False, True, False]
-        assert np.isfinite(file["detail_rms"][:]).all(axis=1).tolist() == [True, False, True]
-    shutil.copytree(failing_sweep.folder, tmp_path, dirs_exist_ok=True)
-    again = hydrofdi("sweep", "experiment.yaml", "--json")
-    assert (again.returncode, json.loads(again.stdout)["completed"]) == (1, 0)
-
-
 def test_no_connection_is_made(hydrofdi, tmp_path, experiment_file):
     guard = tmp_path / "guard"
     guard.mkdir()
@@ -93,18 +79,6 @@ record: {duration: 2 s}
 store: {signals: none}
 sweep: {grid: {leakage.internal_flow: [0, 2 L/min], %s}}
 """
-
-
-def test_one_leak_out_of_reach_is_a_row_and_the_others_go_on(hydrofdi, experiment_file, tmp_path):
-    result = hydrofdi("sweep", experiment_file(SHUT % "input.amplitude: [2 V, 0 V]"), *IN_PROCESS)
-    assert result.returncode == 1
-    with h5py.File(tmp_path / "results/shut/shut.h5") as file:
-        assert file["status"].asstr()[:].tolist() == ["ok", "ok", "ok", "unreachable_leakage"]
-        assert file["message"].asstr()[3] == "no K_i gives a mean leakage of 2 L/min"
-    more = experiment_file(SHUT % "input.amplitude: [2 V, 0 V, 1e-12 V]")
-    assert hydrofdi("sweep", more, *IN_PROCESS).returncode == 1, "the possible leak is stored"
-    report = hydrofdi("report", "results/shut")
-    assert (report.returncode, "unreachable_leakage" in report.stdout) == (0, True)
 
 
 def test_commands_without_any_possible_leak_name_each_condition_and_store_nothing(

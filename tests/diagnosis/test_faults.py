@@ -158,18 +158,6 @@ def test_an_error_of_a_channel_moves_the_signature_along_its_direction(name, cha
         assert (after - before)[0, place] == pytest.approx((factor - 1.0) * direction, rel=0.05)
 
 
-def test_a_wrong_command_moves_the_null_with_it(healthy, options):
-    command = Channel.INPUT_VOLTAGE
-    off = healthy[command] - 0.1 * healthy[command].max()
-    judge = Judge(history_of([with_channel(healthy, command, off)], options))
-    changed = with_channel(healthy.rows([0]), command, 1.2 * off[:1])
-    (after,), estimates = signatures(judge.history.balance, changed, judge.history.variance)
-    gain, place = estimates.gains[0], judge.history.names.index("offset")
-    expected = -0.2 / 1.2 * (gain @ hypothesis_of(judge, "flow_gain").directions[0, : gain.shape[1]])[place]
-    assert abs(expected) > 0.1
-    assert (after - judge.history.centre)[place] == pytest.approx(expected, rel=0.2)
-
-
 def test_gains_of_valve_and_position_look_alike_until_a_second_sensor_tells(days, judge):
     (found,) = findings(judge, days([{"voltage_sensor.gain_error": 0.06}], first=400))
     assert found[0].name in ("flow_gain", "gain_x")

@@ -11,7 +11,6 @@ from hydrofdi.errors import ConfigError, HydrofdiError
 from tests.commands import run, run_json
 from tests.fmus.building import Recipe, build, needs_compiler
 from tests.machines import LOOP
-from tests.runner.processes import kill, nobody_left, shards, start, wait_until
 
 pytestmark = needs_compiler
 
@@ -236,20 +235,6 @@ def test_the_proposal_of_inspect_runs_as_it_stands(fmu, tmp_path):
     assert proposed.sweep.names == ["leakage.internal_flow", "plant.oil.beta"]
     done = hydrofdi.simulate(tmp_path / "proposed.yaml", duration="1.2 s", wavelet={"levels": 4})
     assert done.status == "ok"
-
-
-def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(fmu, tmp_path):
-    betas = [f"{modulus} MPa" for modulus in range(551, 575)]
-    file = tmp_path / "killed.yaml"
-    file.write_text(json.dumps(on(fmu, name="killed", sweep={"grid": {"plant.oil.beta": betas}})))
-    whole = hydrofdi.sweep(file, engine="in-process", out=tmp_path / "whole").dataset.detail_rms.values
-    process = start("sweep", file, "--out", tmp_path / "out", "--workers", 2)
-    assert wait_until(lambda: shards(tmp_path / "out"))
-    kill(process.pid)
-    process.communicate()
-    assert nobody_left(process.pid)
-    run("sweep", file, "--out", tmp_path / "out", check=0)
-    np.testing.assert_array_equal(hydrofdi.load(tmp_path / "out").dataset.detail_rms.values, whole)
 
 
 def test_numbers_and_units_that_could_mean_two_things_are_refused(tmp_path):

@@ -123,9 +123,11 @@ def test_a_leak_of_any_size_is_solved_for_an_fmu_that_gives_little(fmu):
     assert tiny["coefficient"] == pytest.approx(1e-8 * plain["coefficient"], rel=0.05)
 
 
-@pytest.mark.parametrize(("hazard", "status"), [("crash", "killed"), ("hang", "timeout")])
-def test_a_crash_or_a_hang_ends_neither_python_nor_the_command(fmu, hazard, status, tmp_path):
-    ending = on(fmu, plant={f"hazard.{hazard}": "0.3 s"}, limits={"time_per_job": "1 s"})
+@pytest.mark.parametrize(
+    ("hazard", "status", "limit"), [("crash", "killed", "60 s"), ("hang", "timeout", "1 s")]
+)
+def test_a_crash_or_a_hang_ends_neither_python_nor_the_command(fmu, hazard, status, limit, tmp_path):
+    ending = on(fmu, plant={f"hazard.{hazard}": "0.3 s"}, limits={"time_per_job": limit})
     assert hydrofdi.simulate(ending).status == status
     assert TIME_LIMIT.get() is None
     (tmp_path / "ending.yaml").write_text(json.dumps(ending))

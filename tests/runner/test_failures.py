@@ -24,7 +24,7 @@ from tests.runner.processes import computing, kill, nobody_left, says, shards, s
 BAD_RUNS = """\
 name: bad
 record: {duration: 2 s, sampling_frequency: 10 kHz}
-limits: {time_per_job: 3 s}
+limits: {time_per_job: 12 s}
 store: {signals: none}
 sweep:
   union:
@@ -59,7 +59,7 @@ def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path, mem
     assert run_json("status", out, check=1)["statuses"] == {"ok": 4, "error": 1, "timeout": 1}
     rows = {row["status"]: row for row in run_json("report", out)["rows"]}
     assert "MemoryError" in rows["error"]["message"]
-    assert "3 s" in rows["timeout"]["message"]
+    assert "12 s" in rows["timeout"]["message"]
     assert "Traceback" in run_json("why", out, "4")["log"]
     again = run_json("sweep", file, "--out", out, check=1)
     assert (again["completed"], again["failed"]) == (0, 2)

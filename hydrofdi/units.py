@@ -16,9 +16,6 @@ from typing import Self
 
 Exponents = tuple[Fraction, ...]
 
-ABOVE, BELOW = 1.0 + 1e-9, 1.0 - 1e-9
-"""Factors of a limit that a computed value may equal: far wider than rounding, far narrower than a digit."""
-
 BASE_UNITS = ("kg", "m", "s", "A", "rad", "K")
 """Base units that span all dimensions; the angle is one, so that Hz and rad/s are not mixed up."""
 

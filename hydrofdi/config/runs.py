@@ -40,9 +40,14 @@ from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_po
 from hydrofdi.config.sweep import NOMINAL, Points, count_points, distinct_rows, multiplied, sweep_points
 from hydrofdi.config.values import shown_values
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, first_reason
 from hydrofdi.settings.quantities import Section
+
+PHYSICS_VERSION = 4
+"""Version of everything that determines the results of a run (equations, kernel, features, defaults).
+
+It is part of every run's identity: raise it when results change, and stored runs are computed again.
+"""
 
 
 @dataclass(frozen=True, eq=False)

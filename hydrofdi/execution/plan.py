@@ -20,11 +20,10 @@ from numpy import bincount
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.drive import without_contents
-from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
+from hydrofdi.config.runs import PHYSICS_VERSION, identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.values import ParameterAnswer
 from hydrofdi.engine import available_cores
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.messages import counted, shown_bytes, time_text
 from hydrofdi.simulation.lanes import WIDTH

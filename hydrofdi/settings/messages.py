@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from numbers import Integral
 from typing import Any
 
-from hydrofdi.units import ABOVE, convert
+from hydrofdi.units import convert
 
 K_I_UNIT = "m^3.5/kg^0.5"
 """Unit of the leakage coefficient in base units."""
@@ -46,7 +46,7 @@ def readable_unit(own: str, largest: float) -> str:
     units = _READABLE.get(own, ())
     if units and largest == 0.0:
         return own if own in dict(units) else units[-1][0]
-    return next((unit for unit, least in units if ABOVE * largest >= least), own)
+    return next((unit for unit, least in units if largest >= least or math.isclose(largest, least)), own)
 
 
 def written_units(own: str) -> list[str]:

@@ -23,6 +23,9 @@ from hydrofdi.units import parse_quantity
 _BARE = re.compile(r"\s*[-+]?[\d_.]+([eE][-+]?\d+)?\s*")
 """A number without a unit."""
 
+ABOVE, BELOW = 1.0 + 1e-9, 1.0 - 1e-9
+"""Factors of a limit that a computed value may equal: far wider than rounding, far narrower than a digit."""
+
 SUPPLY_PRESSURE = ("0.1 MPa", "150 MPa")
 RETURN_PRESSURE = ("1 kPa", "20 MPa")
 POSITION = ("1 µm", "10 m")

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters, RunSpec
+from hydrofdi.config.runs import PHYSICS_VERSION
 from hydrofdi.config.values import shown_values, varied_parameters
 from hydrofdi.engine import Engine, TaskFailure, halves, run_halving
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import largest_leakage_flows, no_load_flow
 from hydrofdi.simulation.lanes import WIDTH, positions_by

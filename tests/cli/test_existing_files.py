@@ -14,8 +14,8 @@ import typer.main
 
 import hydrofdi
 from hydrofdi.cli.app import application
+from hydrofdi.config.runs import PHYSICS_VERSION
 from hydrofdi.detectors.trained.configuration import setting_keys
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.shards import content_digest
 from hydrofdi.tables.table import Column, Table
 from tests.commands import run, run_hydrofdi, run_json

@@ -22,13 +22,13 @@ from hydrofdi.execution.single import compute_run, store_run
 from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.arguments import names_of, path_of
 from hydrofdi.settings.messages import nearest, shown_quantity
+from hydrofdi.settings.quantities import Quantity
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.shards import Columns
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Column, Table, library, plain
-from hydrofdi.units import Quantity
 
 if TYPE_CHECKING:
     import pandas

@@ -22,9 +22,9 @@ from hydrofdi.records.data_sheet import StatedMachine, data_sheet_lines
 from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.files import Source, parse_yaml, ready_folder, scalar, validated
 from hydrofdi.settings.files import plain as plain_data
-from hydrofdi.settings.messages import plain
+from hydrofdi.settings.messages import convert, plain
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.units import convert, parse_quantity
+from hydrofdi.units import parse_quantity
 
 _VALVE = re.compile(r"(.+?)\s*(?:at|@)\s*(.+?)(?:\s+per edge)?")
 _RANGE = re.compile(r"(.+?)\s*to\s*(.+)")

@@ -11,10 +11,10 @@ import numpy as np
 
 from hydrofdi.records import INFERRED_SAMPLING, Array, Channel, RecordBatch
 from hydrofdi.records.recording import found_period
-from hydrofdi.settings.messages import readable_unit
+from hydrofdi.settings.messages import convert, readable_unit
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Table, plain
-from hydrofdi.units import convert, parse_unit
+from hydrofdi.units import parse_unit
 
 _EXAMPLES, _MOST_GROUPS = 3, 12
 """Examples that are kept of each kind of remark; most groups and labels that are listed."""
@@ -48,7 +48,7 @@ class Range:
 
     def shown(self, value: float) -> float:
         """A value in `shown_unit`."""
-        return value if self.shown_unit == self.unit else convert(value, self.shown_unit)
+        return convert(value, self.shown_unit, self.unit)
 
     def add(self, samples: Array) -> None:
         """Add the samples of some records, shape (n_record, n_time)."""

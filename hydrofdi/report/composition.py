@@ -43,11 +43,10 @@ from hydrofdi.report.responses import (
     study_responses,
 )
 from hydrofdi.report.views import Plane, View, asked_views, matrix_block, plane_of
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import convert, counted
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.tables.table import Column, Table, group_breaks, plain
-from hydrofdi.units import convert
 
 _DELTAS = {
     names.DETAIL_RMS: "delta",

@@ -23,7 +23,7 @@ from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable
 from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import convert, counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, MISSING, STATUS
 from hydrofdi.studies.judging import judge
@@ -39,7 +39,6 @@ from hydrofdi.studies.records import (
     pareto_set,
     ranked,
 )
-from hydrofdi.units import convert
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:

@@ -25,10 +25,9 @@ from hydrofdi.report.document import (
 )
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, RunTable, joined
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import convert, counted
 from hydrofdi.store import names
 from hydrofdi.tables.table import Table, plain
-from hydrofdi.units import convert
 
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "

@@ -26,6 +26,7 @@ from hydrofdi.report.document import (
     remarks_block,
 )
 from hydrofdi.report.runs import joined
+from hydrofdi.settings.messages import convert
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import STATUS
 from hydrofdi.studies.detecting import (
@@ -39,7 +40,6 @@ from hydrofdi.studies.detecting import (
 from hydrofdi.studies.reading import uses_extra
 from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
 from hydrofdi.tables.table import Table, finite, group_breaks
-from hydrofdi.units import convert
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.experiment import DEFAULT_CHOICE
+from hydrofdi.config.machine import flow_at_reference
 from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
 from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
@@ -23,7 +24,6 @@ from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.execution.compute import Job, compute_columns, split_jobs
-from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import (
     FIGURES,
     Distinct,
@@ -201,7 +201,7 @@ def _mode_of_run(job: Job, row: Mapping[str, Any], labels: Sequence[str]) -> Mod
         "bulk_modulus": job.parameters.fluid.bulk_modulus,
         "leakage_coefficient": job.leakage_coefficient,
         "mean_leakage_flow": mean,
-        "leakage_flow_at_reference": float(internal_leakage_flow(REFERENCE_DROP, job.leakage_coefficient)),
+        "leakage_flow_at_reference": float(flow_at_reference(job.leakage_coefficient)),
         "piston_share": mean / piston_flow if piston_flow else math.nan,
         "frequency": float(row["hydraulic_mode_frequency"]),
         "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),

@@ -7,8 +7,9 @@ import pytest
 
 import hydrofdi
 from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.config.plausibility import study_mistakes
 from hydrofdi.engine import InProcessEngine
-from hydrofdi.execution.checks import STUDY_RULES, other_machines, said, without_results
+from hydrofdi.execution.checks import other_machines, without_results
 from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.papers import make_report
 from hydrofdi.quality.machine import long_steps
@@ -38,26 +39,26 @@ def loaded(tmp_path):
 
 @pytest.mark.parametrize(("threshold", "needed"), [("quantile", 99), ("tolerance", 299), ("tail", 500)])
 def test_too_few_healthy_records_are_warned_of_with_the_number_needed(loaded, threshold, needed):
-    warning, *_ = said(STUDY_RULES, loaded(needed - 1, threshold=threshold), None)
+    warning, *_ = study_mistakes(loaded(needed - 1, threshold=threshold))
     assert f"{threshold} needs {needed} records" in warning
-    assert not any(f"needs {needed} records" in text for text in said(STUDY_RULES, loaded(needed), None))
+    assert not any(f"needs {needed} records" in text for text in study_mistakes(loaded(needed)))
 
 
 @pytest.mark.parametrize(("threshold", "needed"), [("quantile", 199), ("tolerance", 473)])
 def test_scores_that_alarm_on_both_sides_need_more_healthy_records(loaded, threshold, needed):
-    _, warning = said(STUDY_RULES, loaded(20, threshold=threshold), None)
+    _, warning = study_mistakes(loaded(20, threshold=threshold))
     assert f"{threshold} needs {needed} records" in warning
-    (warning,) = said(STUDY_RULES, loaded(needed - 1, threshold=threshold), None)
+    (warning,) = study_mistakes(loaded(needed - 1, threshold=threshold))
     assert f"{threshold} needs {needed} records" in warning
-    assert not said(STUDY_RULES, loaded(needed, threshold=threshold), None)
+    assert not study_mistakes(loaded(needed, threshold=threshold))
 
 
 def test_too_few_records_of_shifts_are_warned_of_with_the_number_needed(loaded):
     shifts = "study.shifts={rough: {friction.viscous: 80}}"
-    (warning,) = said(STUDY_RULES, loaded(199, settings=[shifts, "study.healthy.shift=298"]), None)
+    (warning,) = study_mistakes(loaded(199, settings=[shifts, "study.healthy.shift=298"]))
     assert "299" in warning
     for enough in ([shifts], [shifts, "study.healthy.shift=299"], ["study.healthy.shift=298"]):
-        assert not said(STUDY_RULES, loaded(199, settings=enough), None)
+        assert not study_mistakes(loaded(199, settings=enough))
 
 
 def test_without_the_extra_reports_judge_the_other_scores(loaded, tmp_path, monkeypatch):
@@ -131,7 +132,7 @@ def warned(tmp_path):
     def warnings(*settings):
         file = tmp_path / "few.yaml"
         file.write_text(STUDY_WARNINGS)
-        return said(STUDY_RULES, load_experiment(file, settings), None)
+        return study_mistakes(load_experiment(file, settings))
 
     return warnings
 

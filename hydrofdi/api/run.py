@@ -171,7 +171,7 @@ class Run(ParameterAnswer):
     @property
     def saturation(self) -> list[str]:
         """A sentence if the controller is at its voltage limit for much of the record."""
-        from hydrofdi.quality.doubts import saturation_warning
+        from hydrofdi.execution.checks import saturation_warning
 
         voltages = self.columns.get("input_voltage")
         if voltages is None or self.status != "ok":
@@ -335,7 +335,7 @@ class Run(ParameterAnswer):
 
     def asides(self) -> Iterator[str]:
         """Warnings, and what to do about a failure or a doubt."""
-        from hydrofdi.quality.doubts import REMEDIES, doubts_of
+        from hydrofdi.store.verdicts import REMEDIES, doubts_of
 
         yield from (f"warning: {warning}" for warning in self.warnings)
         if not self:

@@ -1,4 +1,4 @@
-"""What is said of an experiment before it runs: rules that give sentences, and usual ranges of quantities."""
+"""What is said of an experiment: rules that give sentences, and usual ranges of quantities."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.drive import is_whole
@@ -156,6 +157,32 @@ def _as_stated(parameter: str, *values: Any) -> list[str]:
     shown = shown_parameter(parameter, numbers)
     unit = "" if shown.unit == "1" else f" {typeset(shown.unit)}"
     return ["not stated" if value is None else f"{shown.text(value)}{unit}" for value in values]
+
+
+_MUCH = 0.1
+"""Share of the samples at the limit from which on the limit decides the motion."""
+
+_SLACK = 1e-3
+"""Relative distance from the limit that still counts as being there."""
+
+
+def saturation_warning(run: RunParameters, voltage: NDArray[np.float64]) -> str:
+    """A sentence if the controller is at its limit for much of a record; else empty.
+
+    Parameters
+    ----------
+    voltage : ndarray, shape (n_time,)
+        Input voltage [V].
+    """
+    limit = run.control.voltage_limit
+    share = float(np.mean(np.abs(voltage) >= (1.0 - _SLACK) * limit))
+    if not run.control.is_closed or share < _MUCH:
+        return ""
+    return (
+        f"the controller is at control.voltage_limit = {shown_value('control.voltage_limit', limit)} in"
+        f" {100.0 * share:.0f} % of the samples; set it to the range of your valve, or lower"
+        " control.amplitude or control.proportional_gain"
+    )
 
 
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]

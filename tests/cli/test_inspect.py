@@ -7,9 +7,8 @@ import pytest
 
 import hydrofdi
 from hydrofdi.config import load_experiment
-from hydrofdi.config.plausibility import RULES, idle_parameters, unusual_values
+from hydrofdi.config.plausibility import RULES, idle_parameters, study_mistakes, unusual_values
 from hydrofdi.config.request import parameter_names
-from hydrofdi.execution.checks import STUDY_RULES, said
 from hydrofdi.indicators import indicator_kind, indicator_names
 from tests.cli.test_measure import FAILING, MUSEUM
 from tests.commands import run, run_json
@@ -194,7 +193,7 @@ def test_simulate_prints_the_saturation():
     ],
 )
 def test_a_study_says_that_it_reads_a_supply_pressure_that_no_sensor_measures(more, is_told):
-    sentences = said(STUDY_RULES, load_experiment({"name": "press", "study": STUDY, **more}), None)
+    sentences = study_mistakes(load_experiment({"name": "press", "study": STUDY, **more}))
     assert any("no supply_sensor is set" in each for each in sentences) == is_told
 
 

@@ -171,13 +171,12 @@ class Run(ParameterAnswer):
     @property
     def saturation(self) -> list[str]:
         """A sentence if the controller is at its voltage limit for much of the record."""
-        from hydrofdi.execution.checks import saturation_warning
+        from hydrofdi.execution.checks import saturation
 
         voltages = self.columns.get("input_voltage")
         if voltages is None or self.status != "ok":
             return []
-        sentence = saturation_warning(self.spec.parameters, voltages[0])
-        return [sentence] if sentence else []
+        return [*saturation(self.spec.parameters, voltages[0])]
 
     def to_xarray(self) -> xarray.Dataset:
         """Signals over time and all features, with units and long names as attributes.

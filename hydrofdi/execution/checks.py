@@ -166,23 +166,16 @@ _SLACK = 1e-3
 """Relative distance from the limit that still counts as being there."""
 
 
-def saturation_warning(run: RunParameters, voltage: NDArray[np.float64]) -> str:
-    """A sentence if the controller is at its limit for much of a record; else empty.
-
-    Parameters
-    ----------
-    voltage : ndarray, shape (n_time,)
-        Input voltage [V].
-    """
+def saturation(run: RunParameters, voltage: NDArray[np.float64]) -> Iterator[str]:
+    """A sentence if the controller is at its limit for much of a record of the input voltage [V]."""
     limit = run.control.voltage_limit
     share = float(np.mean(np.abs(voltage) >= (1.0 - _SLACK) * limit))
-    if not run.control.is_closed or share < _MUCH:
-        return ""
-    return (
-        f"the controller is at control.voltage_limit = {shown_value('control.voltage_limit', limit)} in"
-        f" {100.0 * share:.0f} % of the samples; set it to the range of your valve, or lower"
-        " control.amplitude or control.proportional_gain"
-    )
+    if run.control.is_closed and share >= _MUCH:
+        yield (
+            f"the controller is at control.voltage_limit = {shown_value('control.voltage_limit', limit)} in"
+            f" {100.0 * share:.0f} % of the samples; set it to the range of your valve, or lower"
+            " control.amplitude or control.proportional_gain"
+        )
 
 
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]

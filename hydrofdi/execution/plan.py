@@ -197,7 +197,7 @@ class SweepPlan:
         """Why a missing run is to be computed."""
         run_id = self.run_ids[position]
         if run_id in self.index.runs:
-            return "stored without the signals or the precision that the request needs"
+            return self._obstacle(self.index.signals_of(self.index.runs[run_id]))
         if run_id in self.index.lost:
             return "its shard is damaged"
         if (record := self.index.records.get(self.record_ids[position])) is not None:

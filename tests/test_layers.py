@@ -32,7 +32,7 @@ LAYERS = [
 """Top to bottom; a room imports from rooms below, and execution from its own layer as the house allows."""
 
 SIDEWAYS = {
-    ("report", "store"), ("report", "quality"), ("report", "studies"), ("studies", "store"),
+    ("report", "store"), ("report", "studies"), ("studies", "store"),
     ("quality", "simulation"), ("monitor", "store"),
 }  # fmt: skip
 """Imports within a layer."""

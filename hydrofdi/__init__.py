@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from hydrofdi.api.diagnosis import trend as trend
     from hydrofdi.api.evaluation import Evaluation as Evaluation
     from hydrofdi.api.evaluation import evaluate as evaluate
-    from hydrofdi.api.records import Inspection as Inspection
+    from hydrofdi.api.inspection import Inspection as Inspection
+    from hydrofdi.api.inspection import inspect as inspect
     from hydrofdi.api.records import export as export
     from hydrofdi.api.records import indicators as indicators
-    from hydrofdi.api.records import inspect as inspect
     from hydrofdi.api.records import measure as measure
     from hydrofdi.api.results import Results as Results
     from hydrofdi.api.results import load as load
@@ -61,7 +61,8 @@ _HOMES = {
         "api.detector": "Detector detect train",
         "api.diagnosis": "diagnose trend",
         "api.evaluation": "Evaluation evaluate",
-        "api.records": "Inspection export indicators inspect measure",
+        "api.inspection": "Inspection inspect",
+        "api.records": "export indicators measure",
         "api.results": "Results load report",
         "api.run": "Run simulate",
         "api.starting": "configs init",

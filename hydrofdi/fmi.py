@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.settings.quantities import SI
 from hydrofdi.units import BASE_UNITS, SYMBOLS, parse_unit, zero_of
 
 EXTRA = "FMUs need the extra: pip install 'hydrofdi[fmi]'"
@@ -80,14 +79,6 @@ class Variable:
         has_own = self.initial in ("exact", "approx") or (not self.initial and self.start is not None)
         is_free = self.causality in ("parameter", "structuralParameter", "input")
         return not self.is_array and self.variability != "constant" and (is_free or has_own)
-
-    @property
-    def quantity(self) -> SI | None:
-        """Unit and limits of its values in SI; None if they are no real numbers."""
-        if self.value_type is not float:
-            return None
-        low, high = (None if end is None else self.in_si(end) for end in (self.least, self.most))
-        return SI(self.si_unit, least=low, most=high)
 
     def in_si(self, value: Any) -> Any:
         """A value of the FMU in SI."""
@@ -278,8 +269,8 @@ class PlantError(Exception):
 
 
 @lru_cache(maxsize=4)
-def instance_of(path: Path, digest: str) -> Instance:
-    """The instance of an FMU in this process.
+def instance_of(path: Path, digest: str, cache: Path | None) -> Instance:
+    """The instance of an FMU in this process; its contents are kept in a cache, if there is one.
 
     Raises
     ------
@@ -291,16 +282,13 @@ def instance_of(path: Path, digest: str) -> Instance:
         raise ConfigError(f"{path}: has changed since the experiment was read")
     if model.obstacle:
         raise ConfigError(f"{path}: {model.obstacle}")
-    return Instance(model)
+    return Instance(model, _unpacked(model, cache))
 
 
-def _unpacked(model: Model) -> str:
+def _unpacked(model: Model, cache: Path | None) -> str:
     """Folder with the contents of an FMU; unpacked once for this user."""
     import fmpy
 
-    from hydrofdi.compilation.object_code import own_cache
-
-    cache = own_cache("fmus")
     folder = None if cache is None else cache / model.digest
     if folder is not None and folder.is_dir():
         return str(folder)
@@ -321,11 +309,10 @@ class Instance:
     Each run has an instance of its own; one that can be made only once is reset.
     """
 
-    def __init__(self, model: Model) -> None:
-        self.model = model
+    def __init__(self, model: Model, folder: str) -> None:
+        self.model, self._folder = model, folder
         if multiprocessing.parent_process() is not None:
             os.dup2(2, 1)  # what an FMU prints is no result
-        self._folder = _unpacked(model)
         self._is_second = model.source.fmiVersion.startswith("2.")
         self._fmu: Any = None
         self._solver: _Solver | None = None

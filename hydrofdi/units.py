@@ -16,9 +16,6 @@ from typing import Self
 
 Exponents = tuple[Fraction, ...]
 
-ABOVE, BELOW = 1.0 + 1e-9, 1.0 - 1e-9
-"""Factors of a limit that a computed value may equal: far wider than rounding, far narrower than a digit."""
-
 BASE_UNITS = ("kg", "m", "s", "A", "rad", "K")
 """Base units that span all dimensions; the angle is one, so that Hz and rad/s are not mixed up."""
 
@@ -222,25 +219,6 @@ def _meant(word: str) -> list[str]:
 _NUMBER = re.compile(r"\s*([-+]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*)", re.DOTALL)
 
 
-class Quantity(float):
-    """A number in SI that knows its unit; ``""`` if it has none."""
-
-    unit = ""
-
-    @classmethod
-    def of(cls, value: float, unit: str) -> Quantity:
-        """A number in an SI unit."""
-        quantity = cls(value)
-        quantity.unit = unit
-        return quantity
-
-    def to(self, unit: str) -> float:
-        """The number in another unit, e.g. ``"L/min"``."""
-        if _given_unit(unit, self.unit).exponents != parse_unit(self.unit or "1").exponents:
-            raise ValueError(f"{unit} has the wrong dimension; it must be convertible to {self.unit or 1}")
-        return convert(self, unit)
-
-
 def parse_quantity(text: str, unit: str) -> float:
     """A quantity such as ``"551 MPa"``, or a bare number, as a float in ``unit``."""
     match = _NUMBER.fullmatch(text)
@@ -248,7 +226,7 @@ def parse_quantity(text: str, unit: str) -> float:
         example = "1.5" if unit == "1" else f"1.5 {unit}"
         raise ValueError(f"{text!r} is not a number with a unit; write it like {example!r}")
     wanted = parse_unit(unit)
-    given = _given_unit(match[2].strip() or unit, unit)
+    given = given_unit(match[2].strip() or unit, unit)
     if given.exponents != wanted.exponents:
         needed = "be a number or a percentage" if unit == "1" else f"be convertible to {unit}"
         raise ValueError(f"{text!r} has the wrong unit; it must {needed}")
@@ -273,14 +251,7 @@ def stated_unit(text: str, unit: str) -> str | None:
         return None
 
 
-def convert(value: float, unit: str) -> float:
-    """A value in SI expressed in `unit`, e.g. ``convert(2e-6, "L/min")`` is 0.12; NaN and ∞ stay."""
-    if not math.isfinite(value):
-        return value
-    return float(Fraction(value) / parse_unit(unit).factor)
-
-
-def _given_unit(text: str, wanted: str) -> Unit:
+def given_unit(text: str, wanted: str) -> Unit:
     """The unit of a quantity; the error suggests units for an unknown spelling."""
     try:
         return parse_unit(text)

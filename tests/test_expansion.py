@@ -10,10 +10,9 @@ import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest, parameter_names
-from hydrofdi.config.runs import run_identities, run_identity
+from hydrofdi.config.runs import PHYSICS_VERSION, run_identities, run_identity
 from hydrofdi.config.sweep import count_points, distinct_rows, parse_condition
 from hydrofdi.errors import ConfigError
-from hydrofdi.physics import PHYSICS_VERSION
 
 LEAKAGE = "sweep.grid.leakage.internal_flow=[0 L/min, 0.12 L/min]"
 EBM = "sweep.grid.fluid.bulk_modulus=[551 MPa, 689 MPa]"

@@ -21,7 +21,7 @@ LAYERS = [set(re.findall(r"\w+", layer)) for layer in DRAWN.split("→")]
 """Top to bottom; a room imports from rooms below."""
 
 SIDEWAYS = {
-    ("report", "store"), ("report", "quality"), ("report", "studies"), ("studies", "store"),
+    ("report", "store"), ("report", "studies"), ("studies", "store"),
     ("quality", "simulation"), ("monitor", "store"),
 }  # fmt: skip
 """Imports within a layer."""

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
-from hydrofdi.units import convert, parse_quantity
+from hydrofdi.settings.messages import convert
+from hydrofdi.units import parse_quantity
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
 

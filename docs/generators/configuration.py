@@ -19,9 +19,9 @@ from hydrofdi.detectors.charts import ChartOptions
 from hydrofdi.detectors.rules import chart_kind, chart_names
 from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.records.description import MeasuredConfig, SamplesConfig
-from hydrofdi.settings.messages import readable_unit, typeset
+from hydrofdi.settings.messages import convert, readable_unit, typeset
 from hydrofdi.settings.quantities import SI, field_texts
-from hydrofdi.units import convert, parse_quantity
+from hydrofdi.units import parse_quantity
 
 EXPERIMENT = """\
 # Configuration

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.sources import Described, open_records
@@ -24,9 +23,8 @@ from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.selection import Indicators, assumed_plants, indicators_of, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.records.times import FIRST_DATE, instant
-from hydrofdi.settings.arguments import Names, Texts, names_of, positive_of, refusal
+from hydrofdi.settings.arguments import Names, Texts, names_of, number_of, positive_of
 from hydrofdi.settings.messages import nearest
-from hydrofdi.units import parse_quantity, stated_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -176,14 +174,8 @@ def _instant_of(begin: str) -> float:
 
 
 def _limit_of(limit: Any, unit: str) -> float:
-    if isinstance(limit, bool) or not isinstance(limit, str | Real):
-        raise refusal("limit", f"a score in {unit}, such as a number with its unit", limit)
-    try:
-        value = parse_quantity(limit, unit) if isinstance(limit, str) else float(limit)
-        if isinstance(limit, str) and unit != "1" and stated_unit(limit, unit) is None:
-            raise ValueError(f"{limit!r} has no unit, such as 'L/min'")
-    except ValueError as error:
-        raise ConfigError(f"limit: {error}") from None
+    expected = f"a score in {unit}, such as a number with its unit"
+    value = number_of("limit", limit, unit, expected, needs_unit=True)
     if not math.isfinite(value):
         raise ConfigError(f"limit: must be finite; found {limit!r}")
     return value

@@ -18,10 +18,10 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.runs import Runs
 from hydrofdi.config.values import shown_in
 from hydrofdi.errors import ReportError, StoreError
-from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
+from hydrofdi.store.verdicts import doubt_counts
 from hydrofdi.tables.table import Table, library
 
 if TYPE_CHECKING:

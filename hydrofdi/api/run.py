@@ -22,13 +22,13 @@ from hydrofdi.execution.single import compute_run, store_run
 from hydrofdi.records.data_sheet import StatedMachine
 from hydrofdi.settings.arguments import names_of, path_of
 from hydrofdi.settings.messages import nearest, shown_quantity
+from hydrofdi.settings.quantities import Quantity
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.shards import Columns
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Column, Table, library, plain
-from hydrofdi.units import Quantity
 
 if TYPE_CHECKING:
     import pandas
@@ -171,13 +171,12 @@ class Run(ParameterAnswer):
     @property
     def saturation(self) -> list[str]:
         """A sentence if the controller is at its voltage limit for much of the record."""
-        from hydrofdi.quality.doubts import saturation_warning
+        from hydrofdi.execution.checks import saturation
 
         voltages = self.columns.get("input_voltage")
         if voltages is None or self.status != "ok":
             return []
-        sentence = saturation_warning(self.spec.parameters, voltages[0])
-        return [sentence] if sentence else []
+        return [*saturation(self.spec.parameters, voltages[0])]
 
     def to_xarray(self) -> xarray.Dataset:
         """Signals over time and all features, with units and long names as attributes.
@@ -335,7 +334,7 @@ class Run(ParameterAnswer):
 
     def asides(self) -> Iterator[str]:
         """Warnings, and what to do about a failure or a doubt."""
-        from hydrofdi.quality.doubts import REMEDIES, doubts_of
+        from hydrofdi.store.verdicts import REMEDIES, doubts_of
 
         yield from (f"warning: {warning}" for warning in self.warnings)
         if not self:

@@ -15,16 +15,16 @@ from pydantic import AfterValidator, model_validator
 
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.physics.cylinder import STANDARD_GRAVITY
-from hydrofdi.physics.fluid import COOLING, KELVIN, Oil
+from hydrofdi.physics.fluid import COOLING, KELVIN, OILS, Oil
 from hydrofdi.physics.hydraulic_mode import steady_speed
 from hydrofdi.physics.valve import clearance_conductance
 from hydrofdi.records.data_sheet import StatedMachine, data_sheet_lines
 from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.files import Source, parse_yaml, ready_folder, scalar, validated
 from hydrofdi.settings.files import plain as plain_data
-from hydrofdi.settings.messages import plain
+from hydrofdi.settings.messages import convert, plain
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.units import convert, parse_quantity
+from hydrofdi.units import parse_quantity
 
 _VALVE = re.compile(r"(.+?)\s*(?:at|@)\s*(.+?)(?:\s+per edge)?")
 _RANGE = re.compile(r"(.+?)\s*to\s*(.+)")
@@ -75,6 +75,34 @@ def hose_size(text: str) -> tuple[float, float]:
     return length, diameter
 
 
+_SPELLINGS = {
+    "ISOVG": "HLP", "VG": "HLP", "HM": "HLP", "HV": "HVLP", "MILPRF5606": "MILH5606", "H515": "MILH5606",
+}  # fmt: skip
+"""Other names, of ISO 6743-4 and of specifications, without spaces → the own one."""
+
+
+def named_oil(text: str) -> Oil:
+    """The oil of a name such as ``HLP 46``, or of three numbers of its data sheet."""
+    name = re.sub(r"[\s_-]+", "", text).upper()
+    # The lookbehind keeps the number of a specification, such as H515, which is no viscosity grade.
+    stem = re.sub(r"(?<![\dH])\d+$", "", name)
+    name = _SPELLINGS.get(name, _SPELLINGS.get(stem, stem) + name[len(stem) :])
+    for known, oil in OILS.items():
+        if name == known.replace("-", ""):
+            return oil
+    parts = text.split(",")
+    if len(parts) == 3:
+        units = ("m^2/s", "m^2/s", "kg/m^3")
+        cold, hot, density = (parse_quantity(part, unit) for part, unit in zip(parts, units, strict=True))
+        if not cold > hot > 1e-6 or density <= 0.0:
+            raise ValueError(f"{text!r}: the oil must be thinner at 100 than at 40 °C, and above 1 mm²/s")
+        return Oil(text, cold, hot, density)
+    raise ValueError(
+        f"{text!r} is not a known oil; known are {', '.join(OILS)}; or give its viscosities at 40 and 100"
+        " °C and its density at 15 °C: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'"
+    )
+
+
 def _checked(parse: Any) -> AfterValidator:
     """Check a text, which stays as it is written."""
     return AfterValidator(lambda text: (parse(text), text)[1])
@@ -108,7 +136,7 @@ class CylinderSheet(Section):
     mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"))]
     """Moved mass: piston, rod and load [kg]."""
 
-    oil: Annotated[str, _checked(Oil.named)] = "HLP46"
+    oil: Annotated[str, _checked(named_oil)] = "HLP46"
     """Oil: HLP or HVLP with 22, 32, 46 or 68 (ISO VG), MIL-H-5606, or its viscosities at 40 and 100 °C and
     its density: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'."""
 
@@ -156,7 +184,7 @@ class CylinderSheet(Section):
     @cached_property
     def fluid(self) -> Oil:
         """The oil."""
-        return Oil.named(self.oil)
+        return named_oil(self.oil)
 
     @cached_property
     def areas(self) -> tuple[float, float]:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from hydrofdi.physics.cylinder import axial_weight
+from hydrofdi.physics import Quantity
+from hydrofdi.physics.cylinder import axial_weight, internal_leakage_flow
 from hydrofdi.physics.fluid import stiffening_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings import quantities as usual
@@ -309,6 +310,15 @@ class FrictionConfig(Section):
 
 
 _AT_ONCE = 1e-9
+
+
+REFERENCE_DROP = 8e6
+"""Pressure difference at which a leak is also stated, by default by indicators as well [Pa]."""
+
+
+def flow_at_reference(coefficient: Quantity) -> Quantity:
+    """Flow of a K_i [m^3.5/kg^0.5] at `REFERENCE_DROP` [m³/s]."""
+    return internal_leakage_flow(REFERENCE_DROP, coefficient)
 
 
 class LeakageConfig(Section):

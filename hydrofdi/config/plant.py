@@ -281,10 +281,11 @@ def declare(model: Model) -> None:
         if variable.is_settable:
             start = None if variable.start is None else variable.in_si(variable.start)
             is_si = (variable.factor, variable.offset) == (1.0, 0.0)
-            ends = (None, None) if variable.value_type is not int else (variable.least, variable.most)
+            kind, stated = variable.value_type, (variable.least, variable.most)
+            low, high = (None if end is None else variable.in_si(end) for end in stated)
             PARAMETERS[f"plant.{name}"] = _Declared(
-                variable.quantity, start, variable.value_type, variable.items, ends,
-                "" if is_si else variable.unit,
+                SI(variable.si_unit, least=low, most=high) if kind is float else None, start, kind,
+                variable.items, (low, high) if kind is int else (None, None), "" if is_si else variable.unit,
             )  # fmt: skip
 
 

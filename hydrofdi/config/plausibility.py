@@ -1,18 +1,27 @@
-"""Values far from those of usual actuators, most often a missing unit; and parameters without an effect."""
+"""Values far from those of usual actuators, most often a missing unit; parameters without an effect; and
+studies that cannot show what they are asked.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.config.drive import ControlConfig, parse_rows
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.observation import TemperatureSensorConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
-from hydrofdi.config.study import study_values
+from hydrofdi.config.study import StudyConfig, study_values
 from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.config.values import argument_values
+from hydrofdi.evaluation.scores import Direction
+from hydrofdi.evaluation.threshold import time_needed
+from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 from hydrofdi.settings.messages import counted, typeset
 
@@ -182,3 +191,96 @@ def idle_parameters(experiment: ExperimentConfig) -> list[str]:
             for name in set(parameters).intersection(stated) - sentences.keys():
                 sentences[name] = f"{name} has no effect: {option} is {choices} in every run"
     return [sentences[name] for name in parameter_names() if name in sentences]
+
+
+def study_mistakes(experiment: ExperimentConfig) -> list[str]:
+    """What hinders a study of detection from showing what it is asked; nothing of another experiment."""
+    if (study := experiment.study) is None:
+        return []
+    rules = _too_few_records, _free_supply_sensors, _onsets
+    return [sentence for rule in rules for sentence in rule(experiment, study)]
+
+
+def _free_supply_sensors(experiment: ExperimentConfig, study: StudyConfig) -> Iterator[str]:
+    """A sentence on indicators that read the simulated supply pressure because nobody says otherwise."""
+    made = experiment.indicator_choice.made(experiment.wavelet)
+    labels = [label for label, own in made.items() if getattr(own.options, "supply", "") == "auto"]
+    if labels and experiment.supply_sensor.is_default and not experiment.detection.sensors:
+        yield (
+            f"{', '.join(labels)}: 'supply: auto' reads the simulated supply pressure, without noise, as no"
+            " supply_sensor is set; write 'supply: sum' or 'nominal' if your machine has no such sensor"
+        )
+
+
+def _too_few_records(experiment: ExperimentConfig, study: StudyConfig) -> Iterator[str]:
+    """A sentence on each number of records that is too small for what it shall show."""
+    rules, judged = experiment.detection, experiment.detection.indicators
+    of_both = [
+        f"{label}.{output.name}"
+        for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items()
+        if not judged or label in judged
+        for output in indicator.outputs
+        if output.is_score and output.direction in (None, Direction.BOTH)
+    ]
+    one, both = (rules.records_for_threshold(direction) for direction in (Direction.RISING, Direction.BOTH))
+    alarms = f"{100.0 * rules.false_alarm_rate:g} %"
+    rule, rate = f"for {alarms} false alarms, {rules.threshold}", "shows no rate of false alarms"
+    detection = f"is too few for one level to show {100.0 * rules.probability:g} % detection: that"
+    on_both = f"sets no threshold for scores that may alarm on both sides, such as {''.join(of_both[:1])}"
+    n_shift = study.healthy.shift if study.shifts else None
+    n_each = study.faults.each if study.faults else None
+    for key, count, needed, cannot in (
+        ("healthy.fit", study.healthy.fit, one, f"sets no threshold: {rule}"),
+        ("healthy.fit", study.healthy.fit, both if of_both and both > one else 0, f"{on_both}: {rule}"),
+        ("healthy.test", study.healthy.test, rules.records_for_false_alarms, f"{rate}: {alarms}"),
+        ("healthy.shift", n_shift, rules.records_for_false_alarms, f"{rate}: {alarms}"),
+        ("faults.each", n_each, rules.records_for_detection, detection),
+        *_charted_records(experiment, study),
+    ):
+        if count is not None and count < needed:
+            yield f"study.{key} = {count} {cannot} needs {needed:,} records"
+
+
+def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    """Indicators that charts watch, each with the instants of its trace [s]."""
+    online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
+    charts = online.charts.values() if online else ()
+    for label in dict.fromkeys(chart.of.partition(".")[0] for chart in charts):
+        indicator = made[label]
+        assert isinstance(indicator, RecursiveIndicator)
+        run = experiment.nominal_parameters
+        yield label, indicator.watched_instants(run.record.sampling_frequency, run.n_discarded)
+
+
+def _charted_records(experiment: ExperimentConfig, study: StudyConfig) -> Iterator[tuple[str, int, int, str]]:
+    """Healthy records that charts need: key, number, how many are needed, and what for."""
+    online = experiment.detection.online
+    for label, instants in _watched(experiment):
+        if online is not None and instants.size > 1:
+            duration, every = float(instants[1] - instants[0]) * instants.size, max(online.false_alarm_every)
+            proof = time_needed(every, experiment.detection.confidence)
+            fit, test = (math.ceil(time / duration - 1e-9) for time in (every, proof))
+            between = f"{every / 3600.0:g} h between false alarms: {label}"
+            yield "healthy.fit", study.healthy.fit, fit, f"sets no limit for {between}"
+            yield "healthy.test", study.healthy.test, test, f"does not show that a limit holds for {between}"
+
+
+def _onsets(experiment: ExperimentConfig, study: StudyConfig) -> Iterator[str]:
+    """A sentence on leaks that do not set in while charts watch them."""
+    leakage = experiment.leakage
+    traces = [(trace[0], trace[-1]) for _, trace in _watched(experiment) if trace.size > 1]
+    if study.faults is None or not traces or "leakage.onset" in experiment.varied_names:
+        return
+    first, last = max(start for start, _ in traces), min(end for _, end in traces)
+    if leakage.onset == "constant" or not first < leakage.onset_time < last:
+        yield (
+            f"leakage.onset = {leakage.onset}, leakage.onset_time = {leakage.onset_time:g} s: no delay is"
+            f" stated unless leaks set in between {first:g} s and {last:g} s, where charts watch"
+        )
+    elif study.faults.parameter == "leakage.internal_flow" and (
+        experiment.baseline.get("leakage.onset") != "constant"
+    ):
+        yield (
+            f"leakage.onset = {leakage.onset}: levels of faults are means over whole records;"
+            " baseline: {leakage.onset: constant} makes them the flow after the onset"
+        )

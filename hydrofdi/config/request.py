@@ -124,6 +124,12 @@ class RunParameters(Section):
         return self.input.is_periodic and not self.load.random_force
 
     @property
+    def samples_per_period(self) -> int | None:
+        """Samples of a period of all that acts on the actuator; None if there is none, or no whole number."""
+        samples = self.input.period * self.record.sampling_frequency
+        return round(samples) if self.is_periodic and drive.is_whole(samples) else None
+
+    @property
     def held_force(self) -> float:
         """Constant force against extension that the pressures hold at rest [N]."""
         return self.actuator.weight + self.load.constant_force

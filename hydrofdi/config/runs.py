@@ -40,9 +40,14 @@ from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_po
 from hydrofdi.config.sweep import NOMINAL, Points, count_points, distinct_rows, multiplied, sweep_points
 from hydrofdi.config.values import shown_values
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, first_reason
 from hydrofdi.settings.quantities import Section
+
+PHYSICS_VERSION = 4
+"""Version of everything that determines the results of a run (equations, kernel, features, defaults).
+
+It is part of every run's identity: raise it when results change, and stored runs are computed again.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +132,8 @@ class ParameterTable:
             yield "{" + ",".join(filter(None, parts)) + "}"
 
 
-NONE = -1
-"""Stands for a calibration that a run does not need."""
+NO_RUN = -1
+"""Stands for a run that does not exist, and for a calibration that a run does not need."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +167,7 @@ def _analysis_text(sections: str, choice: IndicatorChoice) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Runs(ParameterTable, Sequence[RunSpec]):
-    """Runs in their order, each made on demand; `calibration_of` is the row of `calibrations` or ``NONE``."""
+    """Runs in their order, made on demand; `calibration_of` is the row of `calibrations` or ``NO_RUN``."""
 
     calibrations: ParameterTable
     calibration_of: NDArray[np.intp]
@@ -183,7 +188,7 @@ class Runs(ParameterTable, Sequence[RunSpec]):
         if not -len(self) <= index < len(self):
             raise IndexError(index)
         row = self.calibration_of[index]
-        return RunSpec(self.request(index), None if row == NONE else self._conditions(row), self.choice)
+        return RunSpec(self.request(index), None if row == NO_RUN else self._conditions(row), self.choice)
 
     def at(self, rows: Any) -> Runs:
         """Some of the runs."""
@@ -200,7 +205,7 @@ class Runs(ParameterTable, Sequence[RunSpec]):
 
     def solutions(self) -> dict[str, int]:
         """How often K_i is solved: leakage ``flows``, other ``conditions``, and the ``total`` of both."""
-        needed = np.unique(self.calibration_of[self.calibration_of != NONE])
+        needed = np.unique(self.calibration_of[self.calibration_of != NO_RUN])
         solved = self.calibrations.at(needed)
         others = [name for name in RECORD_SECTIONS if name != "leakage"]
         return {
@@ -271,10 +276,6 @@ def _of_run(record_id: str, analysis: str) -> str:
 
 MOST_RUNS = 1_000_000
 """Points that one sweep may have."""
-
-
-NO_RUN = -1
-"""Stands for a run that does not exist."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -409,7 +410,7 @@ class Expansion:
 
     def runs(self, numbers: Numbers) -> Runs:
         """The runs of rows, and the conditions under which their leakage flows are solved."""
-        calibration_of = np.full(len(numbers), NONE, dtype=np.intp)
+        calibration_of = np.full(len(numbers), NO_RUN, dtype=np.intp)
         needed = np.flatnonzero(self._needs_solution(numbers))
         choices, made = self._table.choices, self._table.made
         kept = [name for name in choices if name.partition(".")[0] not in OBSERVATION]

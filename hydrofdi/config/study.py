@@ -22,9 +22,8 @@ from hydrofdi.config.values import Distribution, argument_values, drawn
 from hydrofdi.detectors.rules import ChartConfig, Rules, ScoreConfig
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import K_I_UNIT, shown_quantity
+from hydrofdi.settings.messages import K_I_UNIT, convert, shown_quantity
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.units import convert
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 FitCount = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]

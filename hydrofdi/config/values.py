@@ -26,11 +26,17 @@ from hydrofdi.config.request import (
     validate_parameter,
 )
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.settings.messages import first_reason, number_text, readable_unit, shown_quantity, typeset
+from hydrofdi.settings.messages import (
+    convert,
+    first_reason,
+    number_text,
+    readable_unit,
+    shown_quantity,
+    typeset,
+)
 from hydrofdi.settings.quantities import Section, field_quantity
 from hydrofdi.tables.answer import Answer, Piece
 from hydrofdi.tables.table import TEXT_WIDTH, Column
-from hydrofdi.units import convert
 
 Quantiles = Callable[..., NDArray[Any]]
 
@@ -190,7 +196,7 @@ class ShownParameter:
 
     def number(self, value: float) -> float:
         """A value in SI in the unit in which it is shown."""
-        return convert(value, self.unit) if self.unit != self.own_unit else value
+        return convert(value, self.unit, self.own_unit)
 
     def text(self, value: Any) -> str:
         """A value in SI without its unit, such as ``689``."""

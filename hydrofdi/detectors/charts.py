@@ -310,12 +310,6 @@ class AlarmLimit:
     duration: float
 
 
-def time_needed(false_alarm_every: float, confidence: float) -> float:
-    """Alarm-free time that demonstrates a mean time between false alarms, in the same unit."""
-    # Poisson: no alarm within t has the probability e^(−t/T).
-    return -math.log(1.0 - confidence) * false_alarm_every
-
-
 class FalseAlarms:
     """False alarms of a chart in healthy operation.
 

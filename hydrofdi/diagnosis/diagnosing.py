@@ -18,9 +18,17 @@ from hydrofdi.indicators.catalogue.balances import BalanceOptions
 from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.copies import Copies, pairs, sketch_of
-from hydrofdi.settings.messages import HOLE, counted, number_text, percent, readable_unit, typeset
+from hydrofdi.settings.messages import (
+    HOLE,
+    convert,
+    counted,
+    number_text,
+    percent,
+    readable_unit,
+    shown_quantity,
+    typeset,
+)
 from hydrofdi.tables.table import Column, Table, plain
-from hydrofdi.units import convert
 
 _PIECE, _SHORTEST = 20.0, 10.0
 """Length into which longer records are cut, and least length of a record [s]."""
@@ -115,10 +123,9 @@ class Diagnosis:
         sized = sorted(
             (each.title, each.visible, each) for each in record.findings if not math.isnan(each.visible)
         )
-        units = [_unit(each, size) for _, size, each in sized]
         seen = [
-            f"{title} {number_text(convert(size, unit), 2)} {typeset(unit)}"
-            for (title, size, _), unit in zip(sized, units, strict=True)
+            f"{title} {shown_quantity(size, each.unit, '%' if each.unit == '1' else '', 2)}"
+            for title, size, each in sized
             if math.isfinite(size)
         ]
         never = [title for title, size, _ in sized if math.isinf(size)]
@@ -301,15 +308,10 @@ def _travel(batch: RecordBatch, options: BalanceOptions) -> Array:
     return np.stack((way, np.std(position[:, behind:] - position[:, :-behind], axis=1)), axis=1)
 
 
-def _unit(finding: Finding, size: float) -> str:
-    return "%" if finding.unit == "1" else readable_unit(finding.unit, size)
-
-
 def _size_text(finding: Finding) -> str:
     if not math.isfinite(finding.size):
         return HOLE
-    unit = _unit(finding, finding.size_high)
-    low, size, high = (
-        number_text(convert(each, unit), 2) for each in (finding.size_low, finding.size, finding.size_high)
-    )
+    unit = "%" if finding.unit == "1" else readable_unit(finding.unit, finding.size_high)
+    sizes = finding.size_low, finding.size, finding.size_high
+    low, size, high = (number_text(convert(each, unit, finding.unit), 2) for each in sizes)
     return f"{size} {typeset(unit)} ({low}–{high})"

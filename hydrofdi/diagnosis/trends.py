@@ -16,11 +16,10 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, inliers
 from hydrofdi.evaluation.scores import Estimate
 from hydrofdi.records import Array
-from hydrofdi.settings.messages import counted, number_text, percent, plain, readable_unit, typeset
+from hydrofdi.settings.messages import convert, counted, number_text, percent, plain, readable_unit, typeset
 from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Column, Table, quantity
 from hydrofdi.tables.table import plain as for_json
-from hydrofdi.units import convert
 
 _KNOWN, _VARIES = 0.75, 1.0
 """Least share of points with an oil temperature, and least standard deviation of it [K], to compensate it."""
@@ -135,7 +134,7 @@ class TrendAnswer(Answer):
     @property
     def factor(self) -> float:
         """Shown over stored values of the score."""
-        return 1.0 if self._unit == self.history.unit else convert(1.0, self._unit)
+        return convert(1.0, self._unit, self.history.unit)
 
     @property
     def shown_unit(self) -> str:

@@ -15,6 +15,12 @@ from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array, Direction, comparable, measurable, share_between_0_and_1
 
 
+def time_needed(false_alarm_every: float, confidence: float) -> float:
+    """Alarm-free time that demonstrates a mean time between false alarms, in the same unit."""
+    # Poisson: no alarm within t has the probability e^(−t/T).
+    return -math.log(1.0 - confidence) * false_alarm_every
+
+
 def records_needed(false_alarm_rate: float, confidence: float, rank: int = 1) -> int:
     """Smallest n for which the `rank`-th largest of n scores is a tolerance limit.
 

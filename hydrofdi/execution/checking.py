@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.experiment import DEFAULT_CHOICE
+from hydrofdi.config.machine import flow_at_reference
 from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
 from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
@@ -23,7 +24,6 @@ from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.execution.compute import Job, compute_columns, split_jobs
-from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import (
     FIGURES,
     Distinct,
@@ -32,14 +32,21 @@ from hydrofdi.quality.machine import (
     step_limits,
     too_long_sentence,
 )
-from hydrofdi.settings.messages import K_I_UNIT, counted, number_text, readable_unit, shown_quantity, typeset
-from hydrofdi.settings.messages import plain as plain_number
+from hydrofdi.settings.messages import (
+    K_I_UNIT,
+    convert,
+    counted,
+    number_text,
+    plain,
+    readable_unit,
+    shown_quantity,
+    typeset,
+)
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import names
 from hydrofdi.tables.answer import Piece, Strong
 from hydrofdi.tables.table import UNSAID, Column, Table, quantity
-from hydrofdi.units import convert
 
 Mode = dict[str, Any]
 """One run: ``labels``, further varied parameters → their values in SI; ``bulk_modulus`` [Pa];
@@ -108,10 +115,10 @@ class Check(ParameterAnswer):
             n_distinct = n_mode + self.n_left_out
             kinds = f"{n_distinct:,} that differ in more than sensors, of " if n_distinct < self.n_run else ""
             yield f"{n_mode} of {kinds}{counted(self.n_run, 'run')} are simulated; --json lists each"
-        step = f"step {convert(self.step, 'ms'):g} ms"
+        step = f"step {shown_quantity(self.step, 's', 'ms', 6)}"
         if self.binding:
-            limit = convert(self.step_limits[self.binding], "ms")
-            step += f": stable up to {limit:.3g} ms, limited by {self.binding}"
+            limit = shown_quantity(self.step_limits[self.binding], "s", "ms", 3)
+            step += f": stable up to {limit}, limited by {self.binding}"
         yield step
         yield from (counted(self.n_sample, "sample"), "")
         yield from (Strong(f"problem: {problem}") for problem in self.problems)
@@ -194,7 +201,7 @@ def _mode_of_run(job: Job, row: Mapping[str, Any], labels: Sequence[str]) -> Mod
         "bulk_modulus": job.parameters.fluid.bulk_modulus,
         "leakage_coefficient": job.leakage_coefficient,
         "mean_leakage_flow": mean,
-        "leakage_flow_at_reference": float(internal_leakage_flow(REFERENCE_DROP, job.leakage_coefficient)),
+        "leakage_flow_at_reference": float(flow_at_reference(job.leakage_coefficient)),
         "piston_share": mean / piston_flow if piston_flow else math.nan,
         "frequency": float(row["hydraulic_mode_frequency"]),
         "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),
@@ -307,9 +314,7 @@ def plausibility_table(ranges: Sequence[Mapping[str, Any]]) -> Table:
 
     def text(low: float, high: float, own: str) -> str:
         unit = readable_unit(own, high)
-        ends = dict.fromkeys(
-            plain_number(convert(end, unit) if unit != own else end, 3) for end in (low, high)
-        )
+        ends = dict.fromkeys(plain(convert(end, unit, own), 3) for end in (low, high))
         return f"{' … '.join(ends)} {typeset(unit)}".removesuffix(" 1").rstrip()
 
     columns = {

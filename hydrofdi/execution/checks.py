@@ -1,4 +1,4 @@
-"""What is said of an experiment before it runs: rules that give sentences, and usual ranges of quantities."""
+"""What is said of an experiment: rules that give sentences, and usual ranges of quantities."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.drive import is_whole
-from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_values
+from hydrofdi.config.plausibility import Unusual, idle_parameters, study_mistakes, unusual_values
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
 from hydrofdi.config.values import shown_parameter, shown_value
-from hydrofdi.detectors.charts import time_needed
-from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.quality.machine import Distinct, at_speed, is_near_band_edge, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
@@ -43,7 +40,7 @@ def likely_mistakes(
 
 def experiment_warnings(experiment: ExperimentConfig, distinct: Distinct) -> list[str]:
     """What every rule says; `distinct` gives one run for each combination of sections."""
-    return said(RULES if experiment.study is None else RULES + STUDY_RULES, experiment, distinct)
+    return list(dict.fromkeys([*said(RULES, experiment, distinct), *study_mistakes(experiment)]))
 
 
 def said(rules: Iterable[Rule], experiment: ExperimentConfig, distinct: Distinct) -> list[str]:
@@ -162,97 +159,29 @@ def _as_stated(parameter: str, *values: Any) -> list[str]:
     return ["not stated" if value is None else f"{shown.text(value)}{unit}" for value in values]
 
 
-def _free_supply_sensors(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on indicators that read the simulated supply pressure because nobody says otherwise."""
-    made = experiment.indicator_choice.made(experiment.wavelet)
-    labels = [label for label, own in made.items() if getattr(own.options, "supply", "") == "auto"]
-    if labels and experiment.supply_sensor.is_default and not experiment.detection.sensors:
+_MUCH = 0.1
+"""Share of the samples at the limit from which on the limit decides the motion."""
+
+_SLACK = 1e-3
+"""Relative distance from the limit that still counts as being there."""
+
+
+def saturation(run: RunParameters, voltage: NDArray[np.float64]) -> Iterator[str]:
+    """A sentence if the controller is at its limit for much of a record of the input voltage [V]."""
+    limit = run.control.voltage_limit
+    share = float(np.mean(np.abs(voltage) >= (1.0 - _SLACK) * limit))
+    if run.control.is_closed and share >= _MUCH:
         yield (
-            f"{', '.join(labels)}: 'supply: auto' reads the simulated supply pressure, without noise, as no"
-            " supply_sensor is set; write 'supply: sum' or 'nominal' if your machine has no such sensor"
-        )
-
-
-def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on each number of records that is too small for what it shall show."""
-    study, rules, judged = experiment.study, experiment.detection, experiment.detection.indicators
-    assert study is not None
-    of_both = [
-        f"{label}.{output.name}"
-        for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items()
-        if not judged or label in judged
-        for output in indicator.outputs
-        if output.is_score and output.direction in (None, Direction.BOTH)
-    ]
-    one, both = (rules.records_for_threshold(direction) for direction in (Direction.RISING, Direction.BOTH))
-    alarms = f"{100.0 * rules.false_alarm_rate:g} %"
-    rule, rate = f"for {alarms} false alarms, {rules.threshold}", "shows no rate of false alarms"
-    detection = f"is too few for one level to show {100.0 * rules.probability:g} % detection: that"
-    on_both = f"sets no threshold for scores that may alarm on both sides, such as {''.join(of_both[:1])}"
-    n_shift = study.healthy.shift if study.shifts else None
-    n_each = study.faults.each if study.faults else None
-    for key, count, needed, cannot in (
-        ("healthy.fit", study.healthy.fit, one, f"sets no threshold: {rule}"),
-        ("healthy.fit", study.healthy.fit, both if of_both and both > one else 0, f"{on_both}: {rule}"),
-        ("healthy.test", study.healthy.test, rules.records_for_false_alarms, f"{rate}: {alarms}"),
-        ("healthy.shift", n_shift, rules.records_for_false_alarms, f"{rate}: {alarms}"),
-        ("faults.each", n_each, rules.records_for_detection, detection),
-        *_charted_records(experiment),
-    ):
-        if count is not None and count < needed:
-            yield f"study.{key} = {count} {cannot} needs {needed:,} records"
-
-
-def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    """Indicators that charts watch, each with the instants of its trace [s]."""
-    online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
-    charts = online.charts.values() if online else ()
-    for label in dict.fromkeys(chart.of.partition(".")[0] for chart in charts):
-        indicator = made[label]
-        assert isinstance(indicator, RecursiveIndicator)
-        run = experiment.nominal_parameters
-        yield label, indicator.watched_instants(run.record.sampling_frequency, run.n_discarded)
-
-
-def _charted_records(experiment: ExperimentConfig) -> Iterator[tuple[str, int, int, str]]:
-    """Healthy records that charts need: key, number, how many are needed, and what for."""
-    study, online = experiment.study, experiment.detection.online
-    for label, instants in _watched(experiment):
-        if study is not None and online is not None and instants.size > 1:
-            duration, every = float(instants[1] - instants[0]) * instants.size, max(online.false_alarm_every)
-            proof = time_needed(every, experiment.detection.confidence)
-            fit, test = (math.ceil(time / duration - 1e-9) for time in (every, proof))
-            between = f"{every / 3600.0:g} h between false alarms: {label}"
-            yield "healthy.fit", study.healthy.fit, fit, f"sets no limit for {between}"
-            yield "healthy.test", study.healthy.test, test, f"does not show that a limit holds for {between}"
-
-
-def _onsets(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on leaks that do not set in while charts watch them."""
-    study, leakage = experiment.study, experiment.leakage
-    traces = [(trace[0], trace[-1]) for _, trace in _watched(experiment) if trace.size > 1]
-    if study is None or study.faults is None or not traces or "leakage.onset" in experiment.varied_names:
-        return
-    first, last = max(start for start, _ in traces), min(end for _, end in traces)
-    if leakage.onset == "constant" or not first < leakage.onset_time < last:
-        yield (
-            f"leakage.onset = {leakage.onset}, leakage.onset_time = {leakage.onset_time:g} s: no delay is"
-            f" stated unless leaks set in between {first:g} s and {last:g} s, where charts watch"
-        )
-    elif study.faults.parameter == "leakage.internal_flow" and (
-        experiment.baseline.get("leakage.onset") != "constant"
-    ):
-        yield (
-            f"leakage.onset = {leakage.onset}: levels of faults are means over whole records;"
-            " baseline: {leakage.onset: constant} makes them the flow after the onset"
+            f"the controller is at control.voltage_limit = {shown_value('control.voltage_limit', limit)} in"
+            f" {100.0 * share:.0f} % of the samples; set it to the range of your valve, or lower"
+            " control.amplitude or control.proportional_gain"
         )
 
 
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]
 
 RULES: tuple[Rule, ...] = (_bands, _folding, _doubts_of_fmu, _periods, without_results, other_machines)
-STUDY_RULES: tuple[Rule, ...] = (_too_few_records, _free_supply_sensors, _onsets)
-"""Rules that hold for every experiment, and those for studies of detection."""
+"""Rules that hold for every experiment."""
 
 
 Row = Mapping[str, Any]

@@ -19,7 +19,7 @@ from hydrofdi.config.plant import absent_signals
 from hydrofdi.engine import Engine, InProcessEngine, TaskFailure, halves, run_halving
 from hydrofdi.errors import Issue
 from hydrofdi.indicators.measuring import Seconds, measure, used_channels
-from hydrofdi.quality.doubts import Simulated, assess_runs, how_records_settle, pressure_features
+from hydrofdi.quality.doubts import Simulated, how_records_settle, numbers_of_doubts, pressure_features
 from hydrofdi.quality.machine import hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.records import RecordBatch
 from hydrofdi.simulation.balances import RunOutcome, Trajectory, balance_residuals
@@ -31,6 +31,7 @@ from hydrofdi.store import names
 from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.store.folder import Failure, write_failure, write_log
 from hydrofdi.store.shards import StoredRun, gathered, write_shard
+from hydrofdi.store.verdicts import SETTLED_CHANGE, verdicts_of
 
 Columns = dict[str, NDArray[Any]]
 """Variable of a shard → array with one row per job; ``time`` → sampling instants [s]."""
@@ -262,20 +263,23 @@ def _recorded(jobs: Sequence[Job]) -> Columns:
     measured = sensors.show(trajectory)
     with np.errstate(all="ignore"):
         numbers = _plant_numbers(parameters, trajectory)
-        changes, numbers["settled_from"] = how_records_settle(parameters, trajectory.chamber_1_pressure)
-        damping = numbers[names.MODE_DAMPING_RATIO]
-        verdicts = assess_runs(Simulated(parameters, trajectory, measured, changes, damping))
+        pressure, damping = trajectory.chamber_1_pressure, numbers[names.MODE_DAMPING_RATIO]
+        changes, numbers["settled_from"] = how_records_settle(parameters, pressure, SETTLED_CHANGE)
+        doubts = numbers_of_doubts(Simulated(parameters, trajectory, measured, changes, damping))
+    statuses = [outcome.status for outcome in outcomes]
+    verdicts = verdicts_of(statuses, doubts)
     failed = np.array([not outcome.is_ok for outcome in outcomes])
-    for values in numbers.values():
+    for values in (*numbers.values(), *doubts.values()):
         values[failed] = np.nan
     return {
-        names.STATUS: np.array([outcome.status for outcome in outcomes], dtype=object),
+        names.STATUS: np.array(statuses, dtype=object),
         names.MESSAGE: np.array([outcome.message for outcome in outcomes], dtype=object),
         names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
         names.TIME: trajectory.time,
         **measured.signals(name for name in names.SIGNALS if name not in absent_signals(parameters[0].plant)),
         **numbers,
-        **verdicts,
+        names.VERDICT: np.array(verdicts, dtype=object),
+        **doubts,
     }
 
 

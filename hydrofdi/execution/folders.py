@@ -18,7 +18,6 @@ from hydrofdi.config.study import StudyTable
 from hydrofdi.config.values import ParameterAnswer, shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.execution.plan import SweepPlan, plan_sweep
-from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
 from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_file import read_texts
@@ -26,6 +25,7 @@ from hydrofdi.store.folder import read_provenance, read_request
 from hydrofdi.store.names import MESSAGE, MISSING, STATUS, VERDICT, output_variables, stored_variables
 from hydrofdi.store.results import rows_named, stored_run_ids
 from hydrofdi.store.shards import ShardResults, StoredRun, read_index, read_rows
+from hydrofdi.store.verdicts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
 from hydrofdi.tables.answer import Answer, Piece
 
 _SAID = (MESSAGE, VERDICT, *(doubt.number for doubt in DOUBTS.values()))

@@ -20,11 +20,10 @@ from numpy import bincount
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.drive import without_contents
-from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
+from hydrofdi.config.runs import PHYSICS_VERSION, identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.values import ParameterAnswer
 from hydrofdi.engine import available_cores
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.messages import counted, shown_bytes, time_text
 from hydrofdi.simulation.lanes import WIDTH
@@ -198,7 +197,7 @@ class SweepPlan:
         """Why a missing run is to be computed."""
         run_id = self.run_ids[position]
         if run_id in self.index.runs:
-            return "stored without the signals or the precision that the request needs"
+            return self._obstacle(self.index.signals_of(self.index.runs[run_id]))
         if run_id in self.index.lost:
             return "its shard is damaged"
         if (record := self.index.records.get(self.record_ids[position])) is not None:

@@ -23,7 +23,6 @@ from hydrofdi.engine import Engine, TaskFailure
 from hydrofdi.execution.compute import Job, Recorder, run_jobs
 from hydrofdi.execution.plan import WHOLE, Part, SweepPlan, plan_sweep
 from hydrofdi.indicators.faults import tells_fault
-from hydrofdi.quality.doubts import doubt_counts, remedy_lines
 from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.messages import counted, time_text
 from hydrofdi.simulation.calibration import leakage_coefficients, unsolved_conditions
@@ -47,6 +46,7 @@ from hydrofdi.store.folder import (
 from hydrofdi.store.names import MISSING, OBSTACLE, STATUS, VERDICT
 from hydrofdi.store.results import experiment_file, library_versions
 from hydrofdi.store.shards import ShardResults, read_index
+from hydrofdi.store.verdicts import doubt_counts, remedy_lines
 from hydrofdi.tables.answer import Answer, Piece
 
 _SECONDS_BETWEEN_DRAWINGS, _SECONDS_BETWEEN_LINES = 0.5, 30.0

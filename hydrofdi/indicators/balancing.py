@@ -17,8 +17,7 @@ from hydrofdi.indicators.estimation import chamber_balance, weak_rls
 from hydrofdi.indicators.faults import FLUID, POSITIVE
 from hydrofdi.indicators.nominal_actuator import UncertainActuator
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.settings.quantities import SI
-from hydrofdi.units import BELOW
+from hydrofdi.settings.quantities import BELOW, SI
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 

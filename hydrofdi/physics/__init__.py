@@ -11,12 +11,6 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-PHYSICS_VERSION = 4
-"""Version of everything that determines the results of a run (equations, kernel, features, defaults).
-
-It is part of every run's identity: raise it when results change, and stored runs are computed again.
-"""
-
 Quantity: TypeAlias = Any
 """A float, or a NumPy array of any shape that broadcasts with the other arguments."""
 

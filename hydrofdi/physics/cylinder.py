@@ -201,10 +201,6 @@ def foundation_velocity(
     return (force - stiffness * displacement) / damping  # (2b)
 
 
-REFERENCE_DROP = 8e6
-"""Pressure difference at which a leak is also stated, by default by indicators as well [Pa]."""
-
-
 @equation
 def internal_leakage_flow(pressure_difference: Quantity, coefficient: Quantity) -> Quantity:
     """Flow from chamber 1 to chamber 2 across the piston seal (orifice law).

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrofdi.physics import Quantity, equation
-from hydrofdi.units import parse_quantity
 
 LN_2 = math.log(2.0)
 
@@ -284,34 +282,6 @@ class Oil:
         at_rest = self.density(temperature) * self.kinematic_viscosity(temperature)
         return at_rest * math.exp(self.pressure_viscosity * pressure)
 
-    @classmethod
-    def named(cls, text: str) -> Oil:
-        """The oil of a name such as ``HLP 46``, or of three numbers of its data sheet.
-
-        Raises
-        ------
-        ValueError
-            Neither; the message lists the known oils.
-        """
-        plain = re.sub(r"[\s_-]+", "", text).upper()
-        # The lookbehind keeps the number of a specification, such as H515, which is no viscosity grade.
-        stem = re.sub(r"(?<![\dH])\d+$", "", plain)
-        plain = _SPELLINGS.get(plain, _SPELLINGS.get(stem, stem) + plain[len(stem) :])
-        for name, oil in OILS.items():
-            if plain == name.replace("-", ""):
-                return oil
-        parts = text.split(",")
-        if len(parts) == 3:
-            units = ("m^2/s", "m^2/s", "kg/m^3")
-            cold, hot, density = (parse_quantity(part, unit) for part, unit in zip(parts, units, strict=True))
-            if not cold > hot > 1e-6 or density <= 0.0:
-                raise ValueError(f"{text!r}: the oil must be thinner at 100 than at 40 °C, and above 1 mm²/s")
-            return cls(text, cold, hot, density)
-        raise ValueError(
-            f"{text!r} is not a known oil; known are {', '.join(OILS)}; or give its viscosities at 40 and 100"
-            " °C and its density at 15 °C: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'"
-        )
-
 
 def _mineral(kind: str, *grades: tuple[int, float, float]) -> list[Oil]:
     return [Oil(f"{kind}{grade}", grade * 1e-6, hot * 1e-6, density) for grade, hot, density in grades]
@@ -328,13 +298,3 @@ OILS = {
     )
 }
 """Name → oil."""
-
-_SPELLINGS = {
-    "ISOVG": "HLP",
-    "VG": "HLP",
-    "HM": "HLP",
-    "HV": "HVLP",
-    "MILPRF5606": "MILH5606",
-    "H515": "MILH5606",
-}
-"""Other names, of ISO 6743-4 and of specifications, without spaces → the own one."""

@@ -1,24 +1,19 @@
-"""What simulated records are worth: how they settle, features of what has settled, and doubts in one list:
-what decides each, its words and its remedy; and failures."""
+"""What simulated records are worth: how they settle, features of what has settled, what decides doubts."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi import transforms as undecimated
 from hydrofdi.config import RunParameters
-from hydrofdi.config.drive import is_whole
 from hydrofdi.config.experiment import Analysis
 from hydrofdi.config.request import parameter_names, parameter_quantity
-from hydrofdi.config.values import shown_value
 from hydrofdi.transforms import WaveletConfig, n_phase, root_mean_square
 
 if TYPE_CHECKING:
@@ -26,16 +21,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SETTLED_CHANGE = 1e-3
-"""Periods agree where no detail's RMS differs by more than this share. It moves a δ by 0.2 points at most."""
-
 LEAST_DETAIL = 1e-9
 """A detail's RMS below this share of the supply pressure is rounding and counts as this much."""
 
 _WAVELET = WaveletConfig()
 
 
-def how_records_settle(runs: Sequence[RunParameters], pressure: Array) -> tuple[Array, Array]:
+def how_records_settle(
+    runs: Sequence[RunParameters], pressure: Array, agreement: float
+) -> tuple[Array, Array]:
     """How the details of each run settle.
 
     Each period is taken as a circle, so that a drift from its start to its end shows as well. Periods are
@@ -46,6 +40,8 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: Array) -> tuple[
     ----------
     pressure : ndarray, shape (n_run, n_time)
         Chamber-1 pressure as it really is [Pa].
+    agreement : float
+        Largest relative change of the RMS of a detail between periods that agree [-].
 
     Returns
     -------
@@ -60,7 +56,7 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: Array) -> tuple[
     together: dict[int, list[int]] = {}
     n_sample = pressure.shape[1]
     for row, run in enumerate(runs):
-        n_period = samples_per_period(run)
+        n_period = run.samples_per_period
         if n_period is not None and n_sample >= 2 * n_period:
             together.setdefault(n_period, []).append(row)
     for n_period, rows in together.items():
@@ -71,19 +67,13 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: Array) -> tuple[
             different = np.abs(rms / rms[-1] - 1.0).max(axis=1)
             changes[row] = different[-2]
             # Negated, so that NaN counts as unsettled.
-            unsettled = np.flatnonzero(~(different <= SETTLED_CHANGE))
+            unsettled = np.flatnonzero(~(different <= agreement))
             first = int(unsettled[-1]) + 1 if unsettled.size else 0
             # At least two periods agree: the last one always does with itself.
             if first < n_whole - 1:
                 start = n_sample - (n_whole - first) * n_period
                 settled_from[row] = start / runs[row].record.sampling_frequency
     return changes, settled_from
-
-
-def samples_per_period(run: RunParameters) -> int | None:
-    """Samples of a period of all that acts on the actuator; None if there is none, or no whole number."""
-    samples = run.input.period * run.record.sampling_frequency
-    return round(samples) if run.is_periodic and is_whole(samples) else None
 
 
 def pressure_features(
@@ -121,7 +111,7 @@ def pressure_features(
     features = {name: np.full((n_run, *shape), np.nan) for name, shape in shapes.items()}
     windows: dict[tuple[int, bool], list[int]] = {}
     for row, (run, settled) in enumerate(zip(runs, settled_from.tolist(), strict=True)):
-        n_period, start = samples_per_period(run), analysis.n_discarded
+        n_period, start = run.samples_per_period, analysis.n_discarded
         if n_period is not None:
             # Whole periods, counted from the end of the record, of which there are two at least.
             first = n_sample if math.isnan(settled) else round(settled * run.record.sampling_frequency)
@@ -153,12 +143,6 @@ def _settled(
         features["settled_phase_detail_rms"] = phases
     return features
 
-
-STILL = 1e-9
-"""A record whose P_1 varies by less than this share of the supply stands still: what varies is rounding."""
-
-UNUSUAL = 0.9
-"""No machine has a parameter that misses its usual range by more than this share: by a factor of ten."""
 
 _MACHINE = ("actuator", "fluid", "supply", "valve", "friction")
 """Sections that describe a machine."""
@@ -244,155 +228,13 @@ def _usual_ranges() -> list[tuple[str, str, float, float]]:
     return ranges
 
 
-@dataclass(frozen=True)
-class Doubt:
-    """A reason to read a run with care.
-
-    Attributes
-    ----------
-    word : str
-        Its name in a verdict.
-    number : str
-        The variable of result files that decides it.
-    measure : callable
-        Simulated records → their numbers, shape (n_run,).
-    applies : callable
-        Number → whether the doubt is there; false for NaN.
-    mark : str
-        What stands at rows of tables.
-    meaning : str
-        A sentence with a place for the number in percent.
-    remedy : str
-        What to do about it: a sentence without its full stop, with the keys to set.
-    """
-
-    word: str
-    number: str
-    measure: Callable[[Simulated], Array]
-    applies: Callable[[float], bool]
-    mark: str
-    meaning: str
-    remedy: str
-
-
-DOUBTS = {
-    doubt.word: doubt
-    for doubt in (
-        Doubt(
-            "cavitating", "cavitating_share", _cavitating_share, lambda share: share > 0.0, "C",
-            "a chamber is at or below the vapour limit in up to {} % of the samples",
-            "lower input.amplitude or load.constant_force, or raise supply.return_pressure",
-        ),
-        Doubt(
-            "above_supply", "above_supply_share", _above_supply_share, lambda share: share > 0.0, "A",
-            "a chamber is above the supply in up to {} % of the samples",
-            "lower input.amplitude or actuator.mass, or raise supply.pressure",
-        ),
-        Doubt(
-            "unsettled", "settling_change", lambda known: known.settling_changes,
-            lambda change: change > SETTLED_CHANGE, "U",
-            "the RMS of a detail of P_1 changes by up to {} % from the last but one period to the last",
-            "lengthen record.duration by some periods; analysis.discard then leaves out the first ones",
-        ),
-        Doubt(
-            "clipped", "clipped_share", _clipped_share, lambda share: share > 0.0, "R",
-            "the sensor of P_1 is at an end of its range in up to {} % of the samples",
-            "widen pressure_1_sensor.lowest and pressure_1_sensor.highest",
-        ),
-        Doubt(
-            "still", "pressure_variation", _pressure_variation, lambda variation: variation < STILL, "S",
-            "P_1 varies by no more than {} % of the supply, which is rounding",
-            "raise input.amplitude, or control.amplitude in closed loop, until the valve opens",
-        ),
-        Doubt(
-            "unusual", "unusual_share", _unusual_share, lambda share: share > UNUSUAL, "M",
-            "a parameter of the machine or the damping ratio of its hydraulic mode misses its usual range"
-            " by up to {} %",
-            "check the units of the parameters, friction.viscous and the clearances of the valve",
-        ),
-    )
-}  # fmt: skip
-"""Word → doubt, in the order of a verdict."""
-
-SOUND = "ok"
-"""The verdict on a run that ended well without any doubt."""
-
-
-def assess_runs(known: Simulated) -> dict[str, NDArray[Any]]:
-    """Verdicts on runs and the numbers behind them; those that failed have NaN for numbers.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n_run,)
-        ``verdict``: the status of a run that failed; else ``ok``, or the words of its `DOUBTS`, joined by
-        commas. And the number of each doubt.
-    """
-    numbers = {doubt.number: doubt.measure(known) for doubt in DOUBTS.values()}
-    verdict = np.array([outcome.status for outcome in known.trajectory.outcomes], dtype=object)
-    for row, outcome in enumerate(known.trajectory.outcomes):
-        if outcome.is_ok:
-            words = [word for word, doubt in DOUBTS.items() if doubt.applies(numbers[doubt.number][row])]
-            verdict[row] = ", ".join(words) or SOUND
-        else:
-            for values in numbers.values():
-                values[row] = np.nan
-    return {"verdict": verdict} | numbers
-
-
-def doubts_of(verdict: str) -> tuple[Doubt, ...]:
-    """The doubts that a verdict names; none for the status of a run that failed."""
-    return tuple(DOUBTS[word] for word in verdict.split(", ") if word in DOUBTS)
-
-
-def doubt_counts(verdicts: Iterable[str]) -> dict[str, int]:
-    """Word of a doubt → number of the verdicts that name it."""
-    return dict(Counter(doubt.word for verdict in verdicts for doubt in doubts_of(verdict)))
-
-
-_RETRY = "a sweep with retry_failed computes it again"
-
-REMEDIES = {
-    "diverged": "shorten record.step; 'hydrofdi check' names the longest step that is stable",
-    "stroke_exceeded": (
-        "lower input.amplitude or input.period, correct actuator.stroke or actuator.chamber_volume, or set"
-        " actuator.end_stops: elastic"
-    ),
-    "unreachable_leakage": "lower leakage.internal_flow; 'hydrofdi calibrate' shows what a flow takes",
-    "plant_failed": "see what the FMU told; check its parameters, its licence, and record.step",
-    "timeout": f"raise limits.time_per_job, or shorten record.duration; {_RETRY}",
-    "killed": f"an FMU crashed, or memory ran out: take fewer workers then; {_RETRY}",
-    "error": f"'hydrofdi why' shows the traceback; {_RETRY}",
-}
-"""Status of a run that failed → what to do about it, without a full stop, with the keys to set."""
-
-
-def remedy_lines(counts: Mapping[str, int]) -> list[str]:
-    """A line on each doubt and each failure that has a remedy: number of runs, its word, and the remedy."""
-    remedies = {word: doubt.remedy for word, doubt in DOUBTS.items()} | REMEDIES
-    return [f"{count:,} {word}: {remedies[word]}" for word, count in counts.items() if word in remedies]
-
-
-_MUCH = 0.1
-"""Share of the samples at the limit from which on the limit decides the motion."""
-
-_SLACK = 1e-3
-"""Relative distance from the limit that still counts as being there."""
-
-
-def saturation_warning(run: RunParameters, voltage: NDArray[np.float64]) -> str:
-    """A sentence if the controller is at its limit for much of a record; else empty.
-
-    Parameters
-    ----------
-    voltage : ndarray, shape (n_time,)
-        Input voltage [V].
-    """
-    limit = run.control.voltage_limit
-    share = float(np.mean(np.abs(voltage) >= (1.0 - _SLACK) * limit))
-    if not run.control.is_closed or share < _MUCH:
-        return ""
-    return (
-        f"the controller is at control.voltage_limit = {shown_value('control.voltage_limit', limit)} in"
-        f" {100.0 * share:.0f} % of the samples; set it to the range of your valve, or lower"
-        " control.amplitude or control.proportional_gain"
-    )
+def numbers_of_doubts(known: Simulated) -> dict[str, Array]:
+    """The numbers that decide doubts, each of shape (n_run,)."""
+    return {
+        "cavitating_share": _cavitating_share(known),
+        "above_supply_share": _above_supply_share(known),
+        "settling_change": known.settling_changes,
+        "clipped_share": _clipped_share(known),
+        "pressure_variation": _pressure_variation(known),
+        "unusual_share": _unusual_share(known),
+    }

@@ -15,7 +15,8 @@ from hydrofdi.records.recording import Recording
 from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.messages import counted
-from hydrofdi.units import ABOVE, BELOW, parse_quantity
+from hydrofdi.settings.quantities import ABOVE, BELOW
+from hydrofdi.units import parse_quantity
 
 _FROZEN_FOR, _FROZEN_MOVE = 1.0, 0.3
 """A position is stuck if it repeats one value for longer than the first number [s], while the 5 … 95 % range

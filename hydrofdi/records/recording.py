@@ -25,7 +25,8 @@ from hydrofdi.records.times import (
     time_column,
 )
 from hydrofdi.settings.messages import counted, shown_quantity
-from hydrofdi.units import ABOVE, BELOW, gauge_unit
+from hydrofdi.settings.quantities import ABOVE, BELOW
+from hydrofdi.units import gauge_unit
 
 _FEWER = 0.99
 _MOST_SAMPLES = 2**28

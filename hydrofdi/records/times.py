@@ -15,7 +15,8 @@ from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import Array, columns
 from hydrofdi.records.description import ChannelConfig, MeasuredConfig, TimeConfig, is_counts, known_unit
 from hydrofdi.settings.messages import counted, similar
-from hydrofdi.units import ABOVE, BELOW, parse_unit, zero_of
+from hydrofdi.settings.quantities import ABOVE, BELOW
+from hydrofdi.units import parse_unit, zero_of
 
 FIRST_DATE, LAST_DATE = 1e9, 2.6e9
 """Least and largest instant of a clock that counts from 1970 [s]: the years 2001 to 2052."""

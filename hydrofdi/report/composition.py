@@ -13,7 +13,6 @@ import numpy as np
 
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.values import shown_values
-from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.report import runs
 from hydrofdi.report.document import (
     Block,
@@ -43,11 +42,11 @@ from hydrofdi.report.responses import (
     study_responses,
 )
 from hydrofdi.report.views import Plane, View, asked_views, matrix_block, plane_of
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import convert, counted
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.verdicts import DOUBTS, doubts_of
 from hydrofdi.tables.table import Column, Table, group_breaks, plain
-from hydrofdi.units import convert
 
 _DELTAS = {
     names.DETAIL_RMS: "delta",

@@ -15,10 +15,10 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.drive import without_contents
 from hydrofdi.config.request import OWN_PLANT, parameter_names
 from hydrofdi.config.values import shown_value
-from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import MESSAGE, MISSING, STATUS, VERDICT
+from hydrofdi.store.verdicts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.tables.table import Table
 
 

@@ -17,11 +17,10 @@ from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.report.document import Block
 from hydrofdi.report.runs import Array, of_healthy, span_text
-from hydrofdi.settings.messages import HOLE, readable_unit
+from hydrofdi.settings.messages import HOLE, convert, readable_unit
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.tables.table import Column, Table, group_breaks, plain
-from hydrofdi.units import convert
 
 LEAST_SHARE = 0.01
 """A healthy value below this share of the largest size over all runs counts as near zero."""
@@ -80,7 +79,7 @@ class MeasuredOutput:
 
     def shown(self, values: Array) -> Array:
         """Numbers in the unit of the output, in `unit`."""
-        return values if self.unit in ("", self.output.unit) else values * convert(1.0, self.unit)
+        return values * convert(1.0, self.unit, self.output.unit)
 
     @cached_property
     def means(self) -> Array:

@@ -19,11 +19,10 @@ from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.runs import Array, baseline_changes, litres_per_minute, signed, with_minus
-from hydrofdi.settings.messages import HOLE, K_I_UNIT, typeset
+from hydrofdi.settings.messages import HOLE, K_I_UNIT, convert, typeset
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.tables.table import Column, Table, finite, numbers
-from hydrofdi.units import convert
 
 _MANY = 2_000
 
@@ -215,7 +214,7 @@ class Feature:
 
     def own(self, value: float) -> float:
         """A number in `unit`, in `own_unit`."""
-        return value if self.unit in ("", self.own_unit) else value / convert(1.0, self.unit)
+        return value / convert(1.0, self.unit, self.own_unit)
 
     @property
     def header(self) -> str:

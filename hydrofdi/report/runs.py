@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.values import modulus_column, shown_modulus, shown_parameter
-from hydrofdi.settings.messages import HOLE
+from hydrofdi.settings.messages import HOLE, convert
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.results import external_coefficients
 from hydrofdi.tables.table import Column
 from hydrofdi.transforms import level_bands, percentage_change
-from hydrofdi.units import convert
 
 Array = NDArray[np.float64]
 

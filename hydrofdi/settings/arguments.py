@@ -11,7 +11,7 @@ from typing import Any
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import brief
-from hydrofdi.units import parse_quantity
+from hydrofdi.units import parse_quantity, stated_unit
 
 Names = str | Mapping[str, str] | None
 """One name for all columns, or column → name."""
@@ -24,14 +24,22 @@ def refusal(name: str, expected: str, found: object) -> ConfigError:
     return ConfigError(f"{name}: expected {expected}; found {brief(found)}")
 
 
-def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
-    """A finite number above zero, with a unit or in SI."""
+def number_of(name: str, given: Any, unit: str, expected: str, *, needs_unit: bool = False) -> float:
+    """A number, with a unit or in SI; with `needs_unit`, a text has one."""
     if isinstance(given, bool) or not isinstance(given, str | Real):
         raise refusal(name, expected, given)
     try:
         value = parse_quantity(given, unit) if isinstance(given, str) else float(given)
+        if needs_unit and isinstance(given, str) and unit != "1" and stated_unit(given, unit) is None:
+            raise ValueError(f"{given!r} has no unit, such as 'L/min'")
     except ValueError as error:
         raise ConfigError(f"{name}: {error}") from None
+    return value
+
+
+def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
+    """A finite number above zero, with a unit or in SI."""
+    value = number_of(name, given, unit, expected)
     if not 0.0 < value < math.inf:
         raise ConfigError(f"{name}: must be above zero; found {given!r}")
     return value

@@ -6,10 +6,11 @@ import math
 import re
 from collections.abc import Sequence
 from difflib import get_close_matches
+from fractions import Fraction
 from numbers import Integral
 from typing import Any
 
-from hydrofdi.units import ABOVE, convert
+from hydrofdi.units import parse_unit
 
 K_I_UNIT = "m^3.5/kg^0.5"
 """Unit of the leakage coefficient in base units."""
@@ -46,7 +47,7 @@ def readable_unit(own: str, largest: float) -> str:
     units = _READABLE.get(own, ())
     if units and largest == 0.0:
         return own if own in dict(units) else units[-1][0]
-    return next((unit for unit, least in units if ABOVE * largest >= least), own)
+    return next((unit for unit, least in units if largest >= least or math.isclose(largest, least)), own)
 
 
 def written_units(own: str) -> list[str]:
@@ -55,10 +56,20 @@ def written_units(own: str) -> list[str]:
     return [*dict.fromkeys(({"Pa": "bar", "K": "°C"}.get(own, own), *read, own))]
 
 
-def shown_quantity(value: float, own: str, stated: str = "") -> str:
+def convert(value: float, unit: str, own: str = "") -> float:
+    """A value in SI expressed in `unit`, e.g. ``convert(2e-6, "L/min")`` is 0.12.
+
+    NaN and ∞ stay, as does a value without a unit, or in its `own`.
+    """
+    if unit in ("", own) or not math.isfinite(value):
+        return value
+    return float(Fraction(value) / parse_unit(unit).factor)
+
+
+def shown_quantity(value: float, own: str, stated: str = "", n_digit: int = 4) -> str:
     """A value in SI in a unit that is stated, or else in one that suits it, such as ``8.6 MPa``."""
     unit = stated if stated not in ("", own) else readable_unit(own, abs(value))
-    number = number_text(convert(value, unit) if unit != own else value)
+    number = number_text(convert(value, unit, own), n_digit)
     return number if unit == "1" else f"{number} {typeset(unit)}"
 
 

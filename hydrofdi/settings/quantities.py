@@ -17,11 +17,14 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaH
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
-from hydrofdi.settings.messages import out_of_range, written_units
-from hydrofdi.units import parse_quantity
+from hydrofdi.settings.messages import convert, out_of_range, written_units
+from hydrofdi.units import given_unit, parse_quantity, parse_unit
 
 _BARE = re.compile(r"\s*[-+]?[\d_.]+([eE][-+]?\d+)?\s*")
 """A number without a unit."""
+
+ABOVE, BELOW = 1.0 + 1e-9, 1.0 - 1e-9
+"""Factors of a limit that a computed value may equal: far wider than rounding, far narrower than a digit."""
 
 SUPPLY_PRESSURE = ("0.1 MPa", "150 MPa")
 RETURN_PRESSURE = ("1 kPa", "20 MPa")
@@ -31,6 +34,25 @@ VOLTAGE = ("10 mV", "1 kV")
 """Usual lowest and highest values, far apart."""
 
 _TEXT = json.JSONEncoder(sort_keys=True, separators=(",", ":"))
+
+
+class Quantity(float):
+    """A number in SI that knows its unit; ``""`` if it has none."""
+
+    unit = ""
+
+    @classmethod
+    def of(cls, value: float, unit: str) -> Quantity:
+        """A number in an SI unit."""
+        quantity = cls(value)
+        quantity.unit = unit
+        return quantity
+
+    def to(self, unit: str) -> float:
+        """The number in another unit, e.g. ``"L/min"``."""
+        if given_unit(unit, self.unit).exponents != parse_unit(self.unit or "1").exponents:
+            raise ValueError(f"{unit} has the wrong dimension; it must be convertible to {self.unit or 1}")
+        return convert(self, unit)
 
 
 class Section(BaseModel):

@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters, RunSpec
+from hydrofdi.config.runs import PHYSICS_VERSION
 from hydrofdi.config.values import shown_values, varied_parameters
 from hydrofdi.engine import Engine, TaskFailure, halves, run_halving
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.settings.messages import shown_quantity
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import largest_leakage_flows, no_load_flow
 from hydrofdi.simulation.lanes import WIDTH, positions_by
-from hydrofdi.units import convert
 
 RELATIVE_TOLERANCE = 1e-10
 """Relative tolerance of K_i, by which a jump of the flow is told from a root. Solutions are closer."""
@@ -274,7 +274,7 @@ def _require_reachable(
         setting = shown_values({name: condition.value(name) for name in varied})
         sentence = f"{unreachable_sentence(condition)}{' at ' if setting else ''}{setting}"
         if most is not None and most < (condition.leakage.internal_flow or 0.0):
-            sentence += f"; the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min"
+            sentence += f"; the most that this actuator leaks is {shown_quantity(most, 'm^3/s', n_digit=3)}"
         elif most is not None:
             sentence += (
                 ": the flow jumps across it as K_i grows; is the control loop unstable? Lower its gains"
@@ -286,6 +286,5 @@ def _require_reachable(
 
 def unreachable_sentence(condition: RunParameters) -> str:
     """What is wrong with a leakage flow that no K_i reaches."""
-    return (
-        f"no K_i gives a mean leakage of {convert(condition.leakage.internal_flow or 0.0, 'L/min'):.4g} L/min"
-    )
+    flow = condition.leakage.internal_flow or 0.0
+    return f"no K_i gives a mean leakage of {shown_quantity(flow, 'm^3/s')}"

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.compilation.object_code import own_cache
 from hydrofdi.config import RunParameters
 from hydrofdi.config.plant import OUTPUTS
 from hydrofdi.engine import TIME_LIMIT, LocalPoolEngine, available_cores
@@ -107,7 +108,8 @@ def simulated(asked: Asked) -> tuple[Signals, RunOutcome]:
         raise ConfigError(
             f"{plant.name}: is named by results only: give its experiment, to 'rerun' with --config"
         )
-    instance, variables = instance_of(plant.model.path, plant.digest), plant.model.variables
+    instance = instance_of(plant.model.path, plant.digest, own_cache("fmus"))
+    variables = plant.model.variables
     given = plant.own | {name: run.value(parameter) for parameter, name in plant.parameters.items()}
     if plant.leakage.coefficient is not None:
         given[plant.leakage.coefficient] = asked.coefficient

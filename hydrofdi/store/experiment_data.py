@@ -17,10 +17,9 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.drive import InputConfig
 from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.config.plant import SIGNAL_NAMES
-from hydrofdi.config.runs import study_roles
+from hydrofdi.config.runs import PHYSICS_VERSION, study_roles
 from hydrofdi.config.study import condition_label
 from hydrofdi.errors import Issue, StoreError
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.store import names
 from hydrofdi.store.shards import FileSignals, ShardResults

@@ -19,8 +19,8 @@ from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import stored_attributes
 from hydrofdi.config.loading import stored_experiment
 from hydrofdi.config.request import parameter_unit
+from hydrofdi.config.runs import PHYSICS_VERSION
 from hydrofdi.errors import StoreError
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file

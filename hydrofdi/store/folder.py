@@ -20,8 +20,8 @@ from typing import Any
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.drive import without_contents
 from hydrofdi.config.loading import stored_experiment
+from hydrofdi.config.runs import PHYSICS_VERSION
 from hydrofdi.errors import StoreError, without_credentials
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_own, reason, write_all, write_whole_text
 
 _FILE = ".lock"

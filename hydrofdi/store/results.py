@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
-from hydrofdi.config.runs import run_identities
+from hydrofdi.config.runs import PHYSICS_VERSION, run_identities
 from hydrofdi.errors import ConfigError, ReportError, StoreError
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import columns_of, read_experiment

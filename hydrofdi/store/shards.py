@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import StoreConfig
+from hydrofdi.config.runs import PHYSICS_VERSION
 from hydrofdi.errors import StoreError
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store import names
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file, write_whole_text
 from hydrofdi.store.folder import Failure

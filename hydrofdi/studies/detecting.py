@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.machine import flow_at_reference
 from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.charts import AlarmLimit, Chart, FalseAlarms, delays
 from hydrofdi.detectors.rules import CHANGE, Rules, make_chart
@@ -23,7 +24,7 @@ from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable
 from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import convert, counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, MISSING, STATUS
 from hydrofdi.studies.judging import judge
@@ -39,7 +40,6 @@ from hydrofdi.studies.records import (
     pareto_set,
     ranked,
 )
-from hydrofdi.units import convert
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:
@@ -284,10 +284,6 @@ FAULTS = "faults"
 """Name of the combination of all leaking test records."""
 
 
-REFERENCE_PRESSURE = 8e6
-"""Pressure difference at which K_i is shown as a flow [Pa]."""
-
-
 @dataclass(frozen=True, eq=False)
 class Estimates:
     """Evaluated estimates of a design.
@@ -360,7 +356,7 @@ def _row(
     unit = "percent" if is_modulus else "L_per_min"
 
     def shown(value: float) -> float:
-        return 100.0 * value if is_modulus else convert(value * math.sqrt(REFERENCE_PRESSURE), "L/min")
+        return 100.0 * value if is_modulus else convert(flow_at_reference(value), "L/min")
 
     return {
         "indicator": label,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config.machine import flow_at_reference
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.runs import study_roles
 from hydrofdi.config.study import DetectionConfig, StudyTable
@@ -19,7 +20,6 @@ from hydrofdi.errors import ConfigError, Issue, NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
-from hydrofdi.physics.cylinder import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData
@@ -133,7 +133,7 @@ def _per_mean_flow(data: ExperimentData, rows: NDArray[np.intp]) -> float:
     )
     if data.experiment.leakage.law == "laminar" or not (leaks := mean > 0.0).any():
         return float("nan")
-    return float(np.median(internal_leakage_flow(REFERENCE_DROP, coefficient[leaks]) / mean[leaks]))
+    return float(np.median(flow_at_reference(coefficient[leaks]) / mean[leaks]))
 
 
 def _measured(data: ExperimentData) -> Iterator[Scored]:

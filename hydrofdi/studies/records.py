@@ -11,13 +11,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.charts import AlarmLimit, time_needed
+from hydrofdi.detectors.charts import AlarmLimit
 from hydrofdi.detectors.rules import Rules, ScoreConfig
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation import pod
 from hydrofdi.evaluation.rates import Area, HealthyPair, Rate, alarm_rate, confidence_text
 from hydrofdi.evaluation.scores import NOTHING, Array, Direction, Estimate, Kind, Population, comparable
-from hydrofdi.evaluation.threshold import Threshold, records_needed
+from hydrofdi.evaluation.threshold import Threshold, records_needed, time_needed
 
 
 @dataclass(frozen=True)

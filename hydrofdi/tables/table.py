@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
-from hydrofdi.settings.messages import nearest, number_text, readable_unit, typeset
-from hydrofdi.units import convert
+from hydrofdi.settings.messages import convert, nearest, number_text, readable_unit, typeset
 
 if TYPE_CHECKING:
     import pandas
@@ -147,7 +146,7 @@ def quantity(
     array = _numbers(values)
     found = np.abs(_numbers(sizes) if sizes else array)
     shown = readable_unit(unit, float(np.max(found, where=np.isfinite(found), initial=0.0)))
-    text = partial(number_text, scale=1.0 if shown == unit else convert(1.0, shown))
+    text = partial(number_text, scale=convert(1.0, shown, unit))
     suffix = "" if shown in ("", "1") else f" [{typeset(shown)}]"
     return Column(name, array, unit, (title or name) + suffix, text, is_shown=is_shown)
 

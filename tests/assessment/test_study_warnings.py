@@ -8,8 +8,9 @@ import yaml
 
 import hydrofdi
 from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.config.plausibility import study_mistakes
 from hydrofdi.engine import InProcessEngine
-from hydrofdi.execution.checks import STUDY_RULES, other_machines, said, without_results
+from hydrofdi.execution.checks import other_machines, without_results
 from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.papers import make_report
 from hydrofdi.quality.machine import long_steps
@@ -29,7 +30,7 @@ SHIFT = "study.shifts={rough: {friction.viscous: 80}}"
 
 
 def told(*settings, base=STUDY):
-    return [*said(STUDY_RULES, load_experiment(base, settings), None)]
+    return study_mistakes(load_experiment(base, settings))
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,8 @@ import pytest
 
 import hydrofdi
 from hydrofdi.config import load_experiment
-from hydrofdi.config.plausibility import RULES, idle_parameters, unusual_values
+from hydrofdi.config.plausibility import RULES, idle_parameters, study_mistakes, unusual_values
 from hydrofdi.config.request import parameter_names
-from hydrofdi.execution.checks import STUDY_RULES, said
 from tests.commands import run, run_json
 
 
@@ -134,7 +133,7 @@ def test_simulate_prints_the_saturation():
 def test_a_study_says_that_it_reads_a_supply_pressure_that_no_sensor_measures(more, is_told):
     faults = {"leakage.internal_flow": [1e-6], "each": 2, "fit": 0}
     study = {"healthy": {"fit": 4, "test": 4}, "faults": faults}
-    sentences = said(STUDY_RULES, load_experiment({"name": "press", "study": study, **more}), None)
+    sentences = study_mistakes(load_experiment({"name": "press", "study": study, **more}))
     assert any("no supply_sensor is set" in each for each in sentences) == is_told
 
 

@@ -6,7 +6,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from hydrofdi.quality.doubts import DOUBTS, REMEDIES
+from hydrofdi.store.verdicts import DOUBTS, REMEDIES
 from tests.commands import run
 from tests.documentation.pages import ROOT, blocks, follow
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from hydrofdi.physics.fluid import KELVIN, OILS, Oil, effective_bulk_modulus
+from hydrofdi.config.data_sheet import named_oil
+from hydrofdi.physics.fluid import KELVIN, OILS, effective_bulk_modulus
 
 TEMPERATURES = KELVIN + np.arange(-10.0, 91.0, 10.0)
 
@@ -53,12 +54,12 @@ def test_aviation_oil_has_the_bulk_modulus_of_a_table_of_fluids():
     ],
 )  # fmt: skip
 def test_an_oil_has_several_spellings(text, name):
-    assert Oil.named(text) is OILS[name]
+    assert named_oil(text) is OILS[name]
 
 
 def test_three_numbers_are_an_oil_and_nothing_else_is():
-    oil, same = Oil.named("46 cSt, 6.8 mm²/s, 0.877 g/cm³"), OILS["HLP46"]
+    oil, same = named_oil("46 cSt, 6.8 mm²/s, 0.877 g/cm³"), OILS["HLP46"]
     assert oil.viscosity(KELVIN + 60.0) == pytest.approx(same.viscosity(KELVIN + 60.0), rel=1e-12)
     for text in ("HLP47", "water", "46 cSt", "6.8 cSt, 46 cSt, 877 kg/m³", "46 cSt, 6.8 cSt, 877 Pa"):
         with pytest.raises(ValueError, match=r"oil|unit"):
-            Oil.named(text)
+            named_oil(text)

@@ -71,7 +71,8 @@ def test_what_is_stored_is_not_computed_again_and_a_plan_writes_nothing(out, tmp
 
 def test_results_of_another_physics_version_are_computed_again_and_the_plan_says_so(whole, tmp_path):
     code = (
-        "import sys; import hydrofdi.physics as p; p.PHYSICS_VERSION += 1;"
+        "import sys; import hydrofdi.config.runs as p; p.PHYSICS_VERSION += 1;"
+        "p.record_identities.__defaults__ = (p.PHYSICS_VERSION,);"
         "from hydrofdi.cli.app import main; sys.argv[0] = 'hydrofdi'; main()"
     )
     command = [sys.executable, "-c", code, "plan", write_grid(tmp_path, 5), "--out", whole, "--json"]

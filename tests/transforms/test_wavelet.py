@@ -11,8 +11,9 @@ from hydrofdi.config.request import RunRequest
 from hydrofdi.execution import compute as compute_module
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.indicators.catalogue.wavelets import phase_rms
-from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle, pressure_features
+from hydrofdi.quality.doubts import how_records_settle, pressure_features
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.store.verdicts import SETTLED_CHANGE
 from hydrofdi.transforms import (
     WaveletConfig,
     boundary_length,
@@ -210,22 +211,22 @@ def _decaying(share: float, time_constant: float) -> np.ndarray:
 
 
 def test_a_periodic_record_is_settled_from_its_start_and_a_single_period_says_nothing() -> None:
-    change, start = how_records_settle([RUN], WAVE[None])
+    change, start = how_records_settle([RUN], WAVE[None], SETTLED_CHANGE)
     assert start == 0.0
     assert change < 1e-12
-    single = how_records_settle([RUN.with_values({"record.duration": 1.0})], WAVE[None, :500])
+    single = how_records_settle([RUN.with_values({"record.duration": 1.0})], WAVE[None, :500], SETTLED_CHANGE)
     assert np.isnan(single).all()
 
 
 def test_a_start_that_dies_away_is_left_out_in_whole_periods() -> None:
-    change, start = how_records_settle([RUN], _decaying(0.5, 0.5))
+    change, start = how_records_settle([RUN], _decaying(0.5, 0.5), SETTLED_CHANGE)
     assert start % 1.0 == 0.0
     assert 0.0 < start <= 8.0
     assert change < SETTLED_CHANGE
 
 
 def test_a_record_that_never_settles_has_no_settled_part() -> None:
-    change, start = how_records_settle([RUN], _decaying(0.5, 50.0))
+    change, start = how_records_settle([RUN], _decaying(0.5, 50.0), SETTLED_CHANGE)
     assert np.isnan(start)
     assert change > SETTLED_CHANGE
     features = _features(RUN, _decaying(0.5, 50.0), start)
@@ -235,7 +236,7 @@ def test_a_record_that_never_settles_has_no_settled_part() -> None:
 
 def test_settled_features_do_not_see_the_start() -> None:
     start = _decaying(0.5, 0.2)
-    late = _features(RUN, start, how_records_settle([RUN], start)[1])
+    late = _features(RUN, start, how_records_settle([RUN], start, SETTLED_CHANGE)[1])
     never = _features(RUN, WAVE[None], np.zeros(1))
     np.testing.assert_allclose(late["settled_detail_rms"], never["settled_detail_rms"], rtol=2e-3)
     whole = (coefficient_rms(record, RUN.wavelet).detail for record in (start, WAVE[None]))
@@ -246,7 +247,7 @@ def test_records_without_a_period_are_measured_without_their_boundary() -> None:
     run = RUN.with_values({"input.shape": "steps", "analysis.discard": 1.0})
     noise = np.random.default_rng(1).normal(size=(1, run.record.n_sample))
     noise[:, :500] *= 1e6  # left out by analysis.discard
-    _, start = how_records_settle([run], noise)
+    _, start = how_records_settle([run], noise, SETTLED_CHANGE)
     features = _features(run, noise, start)
     assert np.isnan(start)
     np.testing.assert_allclose(features["settled_detail_rms"][0, :3], 1.0, rtol=0.05)

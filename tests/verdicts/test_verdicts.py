@@ -8,8 +8,8 @@ import pytest
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.request import parameter_names
 from hydrofdi.execution.compute import Job, compute_columns
-from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.store import names
+from hydrofdi.store.verdicts import DOUBTS, REMEDIES, doubts_of
 
 SHORT = RunParameters().with_values({"record.duration": 2.0, "input.period": 0.5})
 SETTLED = {"record.duration": 8.0}

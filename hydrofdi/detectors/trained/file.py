@@ -22,9 +22,8 @@ from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constant
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.data_sheet import is_other
 from hydrofdi.settings.files import dotted, known_keys
-from hydrofdi.settings.messages import describe_error, plain, readable_unit, shown_quantity
+from hydrofdi.settings.messages import convert, describe_error, plain, readable_unit, shown_quantity
 from hydrofdi.settings.quantities import Section
-from hydrofdi.units import convert
 
 SCHEMA = "hydrofdi.detector"
 
@@ -394,7 +393,7 @@ class DetectorFile(Part):
         """A score with four digits, in a unit that suits the limits."""
         ends = [abs(end) for end in (self.limits.low, self.limits.high) if end is not None]
         unit = readable_unit(self.unit, max(ends, default=0.0))
-        number = plain(convert(score, unit) if unit != self.unit else score, 4)
+        number = plain(convert(score, unit, self.unit), 4)
         return number if unit == "1" else f"{number} {unit}"
 
 

@@ -12,6 +12,7 @@ from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants
 from hydrofdi.settings.messages import (
+    convert,
     count_text,
     counted,
     number_text,
@@ -20,7 +21,6 @@ from hydrofdi.settings.messages import (
     shown_quantity,
     time_text,
 )
-from hydrofdi.units import convert
 
 _CHANCE, _FAR = 0.01, 10.0
 """Probability of as many false alarms below which they are not chance, and healthy spreads beyond the limit

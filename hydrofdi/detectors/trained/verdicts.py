@@ -21,8 +21,8 @@ from hydrofdi.indicators.faults import OF_LEAKS, doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.defects import update_rate
 from hydrofdi.records.streams import Window
-from hydrofdi.settings.messages import number_text, shown_quantity
-from hydrofdi.units import ZEROS, convert
+from hydrofdi.settings.messages import convert, number_text, shown_quantity
+from hydrofdi.units import ZEROS
 
 Ranges = Mapping[str, tuple[float, float]]
 """Condition → lowest and highest value, in SI."""

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import ChannelOptions, Indicator, Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.units import ABOVE
+from hydrofdi.settings.quantities import ABOVE, SI, Section
 
 
 class PressureStatistics(SingleChannelIndicator[ChannelOptions]):

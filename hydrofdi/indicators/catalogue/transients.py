@@ -15,9 +15,8 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.catalogue.spectra import Band, band_obstacle, middle_band
 from hydrofdi.indicators.contract import ChannelOptions, Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.quantities import ABOVE, SI, Section
 from hydrofdi.transforms import root_mean_square
-from hydrofdi.units import ABOVE
 
 Places = NDArray[np.intp]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.records import Array
-from hydrofdi.units import ABOVE, BELOW
+from hydrofdi.settings.quantities import ABOVE, BELOW
 
 Flags = NDArray[np.bool_]
 

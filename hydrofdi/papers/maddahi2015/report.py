@@ -12,7 +12,6 @@ import numpy as np
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Standing, alarms
 from hydrofdi.papers.maddahi2015.study import StudyData, scenario_blocks, scenarios_record, sealed_outcomes
-from hydrofdi.quality.doubts import samples_per_period
 from hydrofdi.report.composition import rms_table
 from hydrofdi.report.document import (
     Block,
@@ -25,10 +24,9 @@ from hydrofdi.report.document import (
 )
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, RunTable, joined
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import convert, counted
 from hydrofdi.store import names
 from hydrofdi.tables.table import Table, plain
-from hydrofdi.units import convert
 
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
@@ -242,7 +240,7 @@ def settled_block(study: StudyReport) -> Block | None:
     """The same table of the settled records; None if no run has settled."""
     if not (study.table.has_settled and study.baselines):
         return None
-    is_periodic = samples_per_period(study.data.experiment.nominal_parameters) is not None
+    is_periodic = study.data.experiment.nominal_parameters.samples_per_period is not None
     records = (
         "whole periods that agree with the last one, extended periodically"
         if is_periodic

@@ -27,7 +27,6 @@ from hydrofdi.papers.maddahi2015.claims import (
     leaks_out_more,
     standings,
 )
-from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.composition import Report
 from hydrofdi.report.document import Block
 from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
@@ -36,6 +35,7 @@ from hydrofdi.settings.messages import HOLE, counted
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import MISSING
+from hydrofdi.store.verdicts import DOUBTS
 from hydrofdi.tables.table import Table, group_breaks
 
 CORE = ("C1", "C2", "C3", "C4")

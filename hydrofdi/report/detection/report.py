@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from hydrofdi.config.machine import REFERENCE_DROP
 from hydrofdi.evaluation.scores import Population
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.record import design_record
@@ -26,20 +27,13 @@ from hydrofdi.report.document import (
     remarks_block,
 )
 from hydrofdi.report.runs import joined
+from hydrofdi.settings.messages import convert
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import STATUS
-from hydrofdi.studies.detecting import (
-    REFERENCE_PRESSURE,
-    Estimates,
-    judge_charts,
-    judge_estimates,
-    judge_study,
-    winner,
-)
+from hydrofdi.studies.detecting import Estimates, judge_charts, judge_estimates, judge_study, winner
 from hydrofdi.studies.reading import uses_extra
 from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
 from hydrofdi.tables.table import Table, finite, group_breaks
-from hydrofdi.units import convert
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
@@ -305,7 +299,7 @@ def estimates_block(estimates: Estimates) -> Block | None:
         return None
     level = f"{100.0 * estimates.confidence:g} %"
     note = (
-        f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. Deviations: 1σ of the errors, and as"
+        f"Leakage: the flow of K_i at {REFERENCE_DROP / 1e6:g} MPa. Deviations: 1σ of the errors, and as"
         f" stated (root mean square). Covered: share of the records whose stated {level} interval contains"
         f" the truth, with its {level} interval.{_left_out(estimates)}"
     )

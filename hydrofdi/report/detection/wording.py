@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import HOLE, two_digits
+from hydrofdi.settings.messages import HOLE, convert, two_digits
 from hydrofdi.studies.records import Detection, Judgement, Level
-from hydrofdi.units import convert
 
 FROM_LEVELS = "°"
 """Marks what comes from the tested levels alone."""

@@ -37,10 +37,9 @@ from hydrofdi.report.figures import (
     root_percent_axis,
     row_axis,
 )
-from hydrofdi.settings.messages import readable_unit, typeset
+from hydrofdi.settings.messages import convert, readable_unit, typeset
 from hydrofdi.studies.judging import reference_of
 from hydrofdi.studies.records import Detection, Judgement, part
-from hydrofdi.units import convert
 
 _MOST, _MOST_LEVELS = 6, 7
 """Scores, and leaking populations beside the others."""
@@ -132,7 +131,7 @@ def _draw_densities(
     limits = [end for end in ends if np.isfinite(end)]
     edges = _edges(np.concatenate([limits, *healthy]), np.concatenate(scores))
     unit = readable_unit(judgement.scored.unit, float(np.abs(edges).max()))
-    scale = 1.0 if unit == judgement.scored.unit else convert(1.0, unit)
+    scale = convert(1.0, unit, judgement.scored.unit)
     for row, (population, own) in enumerate(zip(populations, scores, strict=True)):
         # Scores beyond either end stand in the last bin there.
         counts, _ = np.histogram(np.clip(own, edges[0], edges[-1]), edges)

@@ -36,8 +36,8 @@ from hydrofdi.report.figures.detection import (
     draw_roc,
     sensor_marks,
 )
+from hydrofdi.settings.messages import convert
 from hydrofdi.studies.records import ChartJudgement, Detection, Judgement
-from hydrofdi.units import convert
 
 _MOST_SETS = 10
 """Sets of sensors."""

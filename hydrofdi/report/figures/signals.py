@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.report.figures import BLUE, GREY, INK, ORANGE, SETTINGS, legend_above, series, shown, time_axis
+from hydrofdi.settings.messages import convert
 from hydrofdi.store import names
 from hydrofdi.store.shards import Columns
 from hydrofdi.transforms import detail_coefficients
-from hydrofdi.units import convert
 
 Panels = Mapping[str, tuple[str, str]]
 """Signal → label of its axis, and the unit in it."""

@@ -102,15 +102,17 @@ def test_supply_and_return_recover_with_their_time_constants() -> None:
     np.testing.assert_allclose(motion["return_pressure"][0], 0.4e6 + 1e6 * np.exp(-time / 0.03), rtol=1e-8)
 
 
-def test_open_underlapped_valve_draws_its_centre_flow_from_the_supply() -> None:
-    """With the spool centred, each chamber sits halfway, and P_s − R q_s with q_s of two edges."""
-    motion = free_motion([LINES | {"supply.return_resistance": 0.0, "supply.return_pressure": 0.0,
-                                   "valve.lap": -5e-6}], [{}], [0.0], 8.0, 1e-4)  # fmt: skip
-    supply = motion["supply"][0, -1]
-    assert motion["pressure_1"][0, -1] / supply == pytest.approx(0.5, abs=1e-6)
-    np.testing.assert_allclose(
-        17.2e6 - supply, 4e10 * 2.0 * control_flow(5e-6, 0.5 * supply, *GAIN), rtol=1e-6
-    )
+def test_open_edges_draw_their_centre_flow_from_the_supply() -> None:
+    """With the spool centred, chambers sit halfway, and P_s − R q_s with q_s of two edges; rounding opens
+    an edge by half its radius.
+    """
+    droop = {"supply.droop_resistance": 4e10, "supply.droop_time_constant": 0.02}
+    own = [{"valve.lap": -5e-6}, {"valve.edge_rounding": 10e-6}]
+    motion = free_motion([droop | each for each in own], [{}, {}], [0.0, 0.0], 8.0, 1e-4)
+    supply = motion["supply"][:, -1]
+    np.testing.assert_allclose(motion["pressure_1"][:, -1] / supply, 0.5, atol=1e-6)
+    flow = 2.0 * control_flow(5e-6, 0.5 * supply, *GAIN)
+    np.testing.assert_allclose(17.2e6 - supply, 4e10 * flow, rtol=1e-6)
 
 
 @pytest.mark.parametrize("droop", ["none", "first_order"])

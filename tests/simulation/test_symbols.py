@@ -73,26 +73,17 @@ def test_loops_conditions_records_and_strides(doubles: bool) -> None:
         np.testing.assert_allclose(total, expected, rtol=1e-15)
 
 
-def test_each_value_of_an_option_has_its_own_machine_code_and_numbers_share_it(folder: Path) -> None:
-    def scaled(values, factor, option):
-        for k in each(values.shape[0]):
-            values[k] = factor * values[k] + (1.0 if option == "more" else 0.0)
+def test_each_value_of_an_option_has_its_machine_code_by_its_place_and_numbers_share_it(folder: Path) -> None:
+    def scaled(values, factor, first, second):
+        values[0] = (
+            factor * values[0] + (1.0 if first == "more" else 0.0) + (9.0 if second == "more" else 0.0)
+        )
 
-    kernel, values = recorded_kernel(scaled), np.ones(3)
-    for factor, option in [(2.0, "more"), (3.0, "more"), (0.5, None)]:
-        kernel(values, factor, option)
-    assert values.tolist() == [5.0] * 3
-    assert len(list(folder.glob("scaled-*.o"))) == 2
-
-
-def test_options_are_told_apart_by_their_places(folder: Path) -> None:
-    def filled(values, first, second):
-        values[0] = 1.0 if first is None else 2.0
-
-    kernel, values = recorded_kernel(filled), np.zeros(1)
-    kernel(values, 2.0, None)
-    kernel(values, None, 2.0)
-    assert values[0] == 1.0
+    kernel, values = recorded_kernel(scaled), np.ones(1)
+    for given in (2.0, "more", None), (3.0, "more", None), (0.5, None, None), (1.0, None, "more"):
+        kernel(values, *given)
+    assert values[0] == 14.0
+    assert len(list(folder.glob("scaled-*.o"))) == 3
     with pytest.raises(IndexError):
         recorded_kernel(lambda values: values.__setitem__(-1, 1.0))(values)
 

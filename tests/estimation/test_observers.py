@@ -83,27 +83,6 @@ def test_the_lyapunov_function_never_rises(excited, times, injection):
         assert 1.0 / states[-1, COMPRESSIBILITY] == pytest.approx(MODULUS, rel=0.01)
 
 
-def test_without_excitation_leakage_is_found_and_the_fluid_is_not():
-    """A valve that stands open to one side and feeds the leak: the pressures rest."""
-    spool, chosen = 10e-6, law()
-    opened = CYLINDER.flow_gain * CYLINDER.area_gradient * spool
-    high = 17.2e6 * (opened**2 + LEAK**2) / (opened**2 + 2.0 * LEAK**2)
-    signals = np.tile(np.array([high, 17.2e6 - high, 0.01, spool, 17.2e6])[:, None, None], 8000)
-    states = adapted(signals, chosen)
-    energy = lyapunov_function(signals, states, chosen)
-    assert np.diff(energy).max() < 1e-9 * energy[0]
-    assert states[-1, COEFFICIENT] == pytest.approx(LEAK, rel=0.03)
-    moduli = 1.0 / states[-1000:, COMPRESSIBILITY]
-    assert np.ptp(moduli) < 1e-3 * MODULUS
-    assert abs(moduli[-1] - MODULUS) > 0.1 * MODULUS
-
-
-def test_a_sealed_actuator_of_the_nominal_fluid_has_no_leakage():
-    states = adapted(matched_signals(0.0, NOMINAL, 2.0, RATE), law())
-    assert np.abs(states[:, COEFFICIENT]).max() < 1e-3 * LEAK
-    np.testing.assert_allclose(1.0 / states[:, COMPRESSIBILITY], NOMINAL, rtol=1e-3)
-
-
 def test_what_is_not_physical_or_missing_ends_the_estimates_even_where_nothing_is_learned(excited):
     states = adapted(excited, law()._replace(most_coefficient=1e-9))
     first = int(np.flatnonzero(np.isnan(states[:, COEFFICIENT]))[0])

@@ -81,17 +81,6 @@ def test_windows_that_do_not_count_only_let_time_pass_and_a_gap_is_a_status_from
     assert (late[deviations] > early[deviations]).all()
 
 
-def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
-    columns, targets, _ = equations(9, 62_500)
-    state = weak_rls.new_state(1, 2)
-    long = followed(columns, targets, [62_500], memory=300.0, state=state)[0]
-    fresh = followed(columns[:, -12_000:], targets[:, -12_000:], [12_000], memory=300.0)[0]
-    np.testing.assert_allclose(long, fresh, rtol=1e-9)
-    for moments in state.moments[0]:
-        lower = np.tril(moments)
-        assert np.linalg.eigvalsh(lower + np.tril(lower, -1).T).min() > 0.0
-
-
 @pytest.mark.parametrize("spread", [1.0, 0.1])
 def test_the_filters_are_the_kalman_filter(spread):
     """Of a plant whose held states walk."""

@@ -54,22 +54,6 @@ def test_workers_measure_it_and_its_path_and_hash_are_stored(folder: Path) -> No
     assert request["plugins"] == provenance["configuration"]["plugins"] == {str(folder / "swing.py"): digest}
 
 
-def test_after_a_change_only_its_own_features_are_new_from_stored_signals(folder: Path) -> None:
-    file, out = folder / "swings.yaml", folder / "results"
-    hydrofdi.sweep(file, out=out, engine="in-process")
-    before = stored(folder)
-    (folder / "swing.py").write_text(SWING.replace("axis=1)", "axis=1) / 2"))
-    assert hydrofdi.plan(file, out=out).measured_analyses == 2
-    summary = hydrofdi.sweep(file, out=out, engine="in-process").summary
-    assert summary is not None
-    after = stored(folder)
-    assert (summary.completed, summary.measured) == (2, 2)
-    np.testing.assert_array_equal(after["swing.range"], before["swing.range"] / 2)
-    for name in ("record_id", "dwt.analysis_id"):
-        assert after[name] == before[name]
-    assert not {*after["swing.analysis_id"]} & {*before["swing.analysis_id"]}
-
-
 def test_neither_the_place_of_a_file_nor_who_takes_it_is_part_of_its_identity(folder: Path) -> None:
     digest = hashlib.sha256(SWING.encode()).hexdigest()[:16]
     stored_choice = IndicatorChoice(json.dumps({"swing": {"kind": f"swing@{digest}"}}))

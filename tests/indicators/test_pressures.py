@@ -114,14 +114,6 @@ def test_a_leak_between_closed_chambers_shows_its_flow():
     assert values["duration"] == 10.0
 
 
-def test_noise_scatters_the_rate_as_least_squares_say():
-    channels = {P1: noise(1, (200, N), size=5e3), P2: noise(2, (200, N), size=5e3)}
-    values, _ = measured(batch(channels), "pressure_decay", **WHOLE)
-    expected = 5e3 * np.sqrt(12.0 / N) / 10.0
-    np.testing.assert_allclose(values["chamber_1"].std(), expected, rtol=0.15)
-    assert abs(values["chamber_1"].mean()) < 4 * expected / np.sqrt(200)
-
-
 ENCLOSED = {"rest": "whole", "enclosed_volume": "1 L", "bulk_modulus": "1 GPa"}
 
 

@@ -61,15 +61,6 @@ def test_the_mode_of_a_simulated_actuator_is_that_of_linear_theory():
     assert (leaking > 1.5 * healthy).all()
 
 
-def test_another_unit_of_time_changes_the_frequency_alone():
-    records = ringing(40.0, 0.1, noise=1e4)
-    values, _ = measured(records, "ring_down")
-    slow = batch({P1: records[P1], U: records[U]}, sampling_frequency=250.0)
-    slower, _ = measured(slow, "ring_down", delay=0.02, window=0.4, jump_time=0.02, spacing=0.2)
-    np.testing.assert_allclose(slower["frequency"], values["frequency"] / 2.0, rtol=1e-9)
-    np.testing.assert_allclose(slower["damping_ratio"], values["damping_ratio"], rtol=1e-9)
-
-
 def test_the_steps_may_be_found_by_the_command_the_period_or_the_pressure():
     command, period, signal = (
         measured(ringing(50.0, 0.02), "ring_down", steps=kind)[0]["damping_ratio"]

@@ -75,7 +75,6 @@ def test_identity_depends_on_the_contents_alone_and_a_path_starts_from_the_file_
         ),
         ("sweep: {union: [{grid: {input.file: [b.csv]}}, {grid: {input.file: [a.csv]}}]}", 2),
         ("ensemble: {grid: {input.file: [a.csv, b.csv]}}\nsweep: {grid: {actuator.mass: [9 kg, 11 kg]}}", 4),
-        ("sweep: {grid: {actuator.mass: [10 kg, 11 kg]}}\nbaseline: {input.file: b.csv}", 4),
         ("sweep: {grid: {input.file: [b.csv, same.csv, a.csv]}}", 2),
     ],
 )

@@ -15,35 +15,10 @@ from hydrofdi.simulation.hydraulics import State, friction_of
 from hydrofdi.simulation.lanes import ModelOptions
 from tests.machines import HOSES, machine
 
-PARAMETERS = FrictionConfig()
-
-
-def threshold(velocity: float, p: FrictionConfig = PARAMETERS) -> float:
-    return friction.threshold_friction(velocity, 0.0, p)[0]
-
-
-def smooth(velocity: float) -> float:
-    return friction.smooth_friction(velocity, 0.0, PARAMETERS)[0]
-
-
-@given(st.floats(min_value=-2.0, max_value=2.0))
-def test_friction_is_odd_takes_power_and_both_laws_agree_far_above_the_threshold(velocity: float) -> None:
-    for law in (threshold, smooth):
-        assert law(-velocity) == -law(velocity)
-        assert law(velocity) * velocity >= 0.0
-    if abs(velocity) > 0.02:
-        assert smooth(velocity) == pytest.approx(threshold(velocity), rel=1e-9)
-
 
 @given(st.floats(min_value=0.0, max_value=200.0))
 def test_polynomial_exponential_is_exact_to_eleven_digits(exponent: float) -> None:
     assert friction.decaying_exponential(exponent) == pytest.approx(math.exp(-exponent), abs=3e-12)
-
-
-def test_friction_is_continuous_at_its_threshold_and_coulomb_and_viscous_alone_at_speed() -> None:
-    below, above = (threshold(1e-3 * factor) for factor in (1 - 1e-9, 1 + 1e-9))
-    assert below == pytest.approx(above, rel=1e-6)
-    assert threshold(1.5) == pytest.approx(200.0 + 50.0 * 1.5, rel=1e-12)
 
 
 @pytest.mark.parametrize("law", friction.LAWS, ids=lambda law: law.name)
@@ -60,15 +35,6 @@ def test_scale_zero_is_the_actuator_without_dry_friction_also_on_bristles() -> N
     for base in ({}, HOSES):
         runs = [machine(values, base) for values in (bare, scaled)]
         np.testing.assert_array_equal(*simulate_batch(runs, [1e-9] * 2).chamber_1_pressure)
-
-
-@pytest.mark.parametrize("velocity", [-0.2, 2e-3, 0.05])
-def test_bristles_in_steady_motion_give_the_stribeck_force(velocity: float) -> None:
-    dry = PARAMETERS.model_copy(update={"viscous": 0.0, "velocity_threshold": 1e-9})
-    stribeck = threshold(velocity, dry)
-    steady, rate = friction.bristle_friction(velocity, stribeck / 5e6, PARAMETERS)
-    assert abs(rate) < 1e-9 * abs(velocity)
-    assert steady == pytest.approx(stribeck + 50.0 * velocity, rel=1e-6)
 
 
 def test_sticking_piston_rings_on_its_bristles() -> None:

@@ -3,15 +3,10 @@
 import numpy as np
 import pytest
 
-from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config import load_experiment
 from hydrofdi.config.drive import InputConfig, RecordConfig, held_text
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution.checking import computed_rows
-from hydrofdi.execution.compute import Job, compute_columns
-from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.inputs import input_voltage, largest_voltage
-from hydrofdi.transforms import detail_rms
-from tests.second_solver import simulate_with_solver
 
 RUN = RecordConfig(duration=4.0)
 
@@ -41,14 +36,6 @@ def test_steps_hold_for_a_period_and_follow_their_seed_and_a_sine_has_one_line()
     assert spectrum[8] == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize("shape", ["steps", "sine"])
-def test_solver_agrees_with_the_kernel_on_every_shape(shape: str) -> None:
-    times = {"input.period": 0.25, "record.duration": 1.0, "record.step": 2e-5}
-    run = RunParameters().with_values(times | {"input.shape": shape})
-    ours, theirs = simulate_batch([run], [2e-9]), simulate_with_solver([run], [2e-9], "lsoda")
-    assert np.abs(ours.chamber_1_pressure - theirs.chamber_1_pressure).max() < 500.0
-
-
 @pytest.mark.parametrize(
     ("settings", "key"),
     [
@@ -62,15 +49,3 @@ def test_solver_agrees_with_the_kernel_on_every_shape(shape: str) -> None:
 def test_impossible_input_or_record_is_refused(settings: list[str], key: str) -> None:
     with pytest.raises(ConfigError, match=key):
         load_experiment(settings=settings)
-
-
-def test_discarded_periods_follow_the_period_of_each_run() -> None:
-    sweep = ["sweep.grid.input.period=[0.5 s, 1 s]", "sweep.grid.analysis.discard=[0 s, 1 period]"]
-    runs = expand_runs(load_experiment(settings=["record.duration=4 s", *sweep])).runs
-    jobs = [Job.of(run, str(k), 2e-9) for k, run in enumerate(runs)]
-    assert [run.request.n_discarded for run in runs] == [0, 250, 0, 500]
-    for row, job in zip(computed_rows(jobs), jobs, strict=True):
-        alone = compute_columns([job])["detail_rms"][0]
-        np.testing.assert_array_equal(row["detail_rms"], alone)
-        pressure = row["chamber_1_pressure"][None, job.analysis.n_discarded :]
-        np.testing.assert_array_equal(alone, detail_rms(pressure, job.analysis.wavelet)[0])

@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 from free_motion import FREE, HELD, free_motion
-from hypothesis import given
-from hypothesis import strategies as st
 
-from hydrofdi.physics.cylinder import blended_leakage_flow, internal_leakage_flow, laminar_leakage_flow
-from hydrofdi.physics.hydraulic_mode import blended_conductance, laminar_conductance
+from hydrofdi.physics.cylinder import internal_leakage_flow, laminar_leakage_flow
 from hydrofdi.simulation.batch import leakage_signal, simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
 from tests.machines import GAP, HOSES, LOOP, machine
@@ -53,17 +50,6 @@ def test_shut_valve_lets_an_external_leak_empty_its_chambers_exponentially(key, 
     for chamber, start, is_leaking in ((1, 9e6, leaks[0]), (2, 5e6, leaks[1])):
         expected = start * decay if is_leaking else np.full(2000, start)
         np.testing.assert_allclose(motion[f"pressure_{chamber}"][0], expected, rtol=1e-6)
-
-
-@given(st.floats(min_value=-5e3, max_value=5e3))
-def test_conductances_are_the_slopes_of_odd_laws(difference: float) -> None:
-    assert blended_leakage_flow(-difference, 1e-9, 1e3) == -blended_leakage_flow(difference, 1e-9, 1e3)
-    ends = difference + np.array([-0.1, 0.1])
-    for law, slope in (
-        (blended_leakage_flow(ends, 1e-9, 1e3), blended_conductance(difference, 1e-9, 1e3)),
-        (laminar_leakage_flow(ends, 1e-9, 1e3), laminar_conductance(1e-9, 1e3)),
-    ):
-        assert np.diff(law)[0] / 0.2 == pytest.approx(slope, rel=1e-5, abs=0.0)
 
 
 @pytest.mark.parametrize("onset", ["step", "ramp"])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import PAPER
-from hydrofdi.physics import fluid, sine
+from hydrofdi.physics import fluid
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
@@ -87,11 +87,6 @@ def test_logarithm_and_power_have_the_stated_error_and_whole_powers_are_exact(
     assert fluid.binary_exponential(exponent) == pytest.approx(math.pow(2.0, exponent), rel=ERROR, abs=0.0)
     assert Fraction(float(fluid.binary_exponential(float(whole)))) == Fraction(2) ** whole
     assert fluid.binary_logarithm(2.0**whole) == whole
-
-
-@given(st.floats(-1e6, 1e6))
-def test_sine_of_turns_has_the_stated_error(turns: float) -> None:
-    assert sine(turns) == pytest.approx(math.sin(2.0 * math.pi * math.fmod(turns, 1.0)), abs=1e-9)
 
 
 @given(

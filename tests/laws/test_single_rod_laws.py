@@ -13,12 +13,9 @@ from hydrofdi.physics.hydraulic_mode import (
     mode_damping_ratio,
     mode_frequency,
     softest_position,
-    steady_speed,
 )
 from hydrofdi.quality.machine import hydraulic_mode, machine_figures
-from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.lanes import ModelOptions
 from tests.machines import GAP, LOOP, machine
 from tests.simulation.reference import integrate, printed_rates
 
@@ -32,20 +29,6 @@ MACHINE = {
 }  # fmt: skip
 """Bore 50 mm, rod 28 mm, stroke 400 mm."""
 ROW = machine(MACHINE)
-
-
-def test_nearly_equal_chambers_are_the_limit_of_equal_ones_which_may_be_written_down() -> None:
-    plain, near = machine({}, {}), machine({"actuator.piston_area_2": 633e-6 * (1.0 - 1e-12)})
-    stated = plain.with_values({"actuator.piston_area_2": 633e-6, "actuator.chamber_volume_2": 280e-6})
-    assert ModelOptions.of(stated) == ModelOptions()
-    assert ModelOptions.of(near).unequal_chambers
-    batch, limit = simulate_batch([plain, near], [3e-9] * 2), 1e-6  # a root at ΔP = 0 enlarges 1e-12
-    for signal in SIGNALS:
-        one, other = getattr(batch, signal)
-        assert np.abs(one - other).max() < limit * np.ptp(one), signal
-    modes = [hydraulic_mode(run, batch, row) for row, run in enumerate((plain, near))]
-    assert modes[1].frequency == pytest.approx(modes[0].frequency, rel=limit)
-    assert modes[1].damping_ratio == pytest.approx(modes[0].damping_ratio, rel=1e-3)
 
 
 HELD = {"load.constant_force": 3e3, "actuator.inclination": math.radians(-50.0), "friction.scale": 0.0}
@@ -70,21 +53,6 @@ def test_a_controlled_cylinder_at_rest_has_its_static_pressures_whether_its_edge
     assert np.abs(batch.piston_velocity[:, -500:]).max() < 1e-7
     np.testing.assert_allclose(batch.chamber_1_pressure[:, -1], first, rtol=2e-3)
     np.testing.assert_allclose(batch.chamber_2_pressure[:, -1], second, rtol=2e-3)
-
-
-@pytest.mark.parametrize("ratio", [1.0 - 1e-12, 0.7, 0.4, pytest.param(1.0, marks=pytest.mark.long)])
-def test_a_free_piston_has_the_two_speeds_of_the_closed_formula(ratio: float) -> None:
-    opening, incline = 100e-6, math.radians(30.0)
-    values = MACHINE | FRICTIONLESS | {
-        "actuator.piston_area_2": ratio * BORE, "actuator.chamber_volume_2": None,
-        "actuator.inclination": incline, "supply.return_pressure": 0.4e6,
-        "supply_2_edge.flow_gain_ratio": 0.8,
-    }  # fmt: skip
-    motion = free_motion([values] * 2, [{}, {}], [opening, -opening], 1.5, 1e-4)
-    k, weight = 0.0292 * 20.75e-3 * opening, 250.0 * 9.80665 * math.sin(incline)
-    out = steady_speed(21e6, 0.4e6, BORE, ratio * BORE, k, k, weight)
-    back = steady_speed(21e6, 0.4e6, ratio * BORE, BORE, 0.8 * k, k, -weight)
-    np.testing.assert_allclose(motion["velocity"][:, -200:].mean(axis=1), [out, -back], rtol=1e-3)
 
 
 def test_the_mode_has_its_frequency_over_the_stroke_and_its_damping_with_unequal_chambers() -> None:
@@ -133,20 +101,6 @@ def test_figures_of_the_machine_are_those_of_its_records() -> None:
     load = (pressures["pressure_1"] - ROD / BORE * pressures["pressure_2"])[:, -1]
     gain = machine_figures(RunParameters().with_values(blocked))["pressure_gain"]
     assert (load[0] - load[1]) / 2e-9 * 22e-6 == pytest.approx(gain, rel=0.02)
-
-
-def test_balances_close_and_open_where_an_area_or_the_inclination_is_forged() -> None:
-    run = ROW.with_values({
-        "actuator.piston_area_2": 0.55 * BORE, "actuator.chamber_volume_2": None, "record.step": 2e-5,
-        "actuator.inclination": math.radians(60.0), "record.sampling_frequency": 50e3,
-        "load.constant_force": 1e3, "input.period": 2.0,
-    })  # fmt: skip
-    batch = simulate_batch([run], [5e-9])
-    forged = {"piston_area_2": (1.001 * 0.55 * BORE, "volume"), "inclination": (math.radians(58.0), "energy")}
-    for name, (value, balance) in forged.items():
-        assert getattr(balance_residuals([run], batch), balance)[0] < 2e-6
-        other = balance_residuals([run.with_values({f"actuator.{name}": value})], batch)
-        assert getattr(other, balance)[0] > 1e-4
 
 
 def test_the_extremes_of_the_stroke_hold() -> None:

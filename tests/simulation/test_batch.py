@@ -2,7 +2,6 @@
 
 import math
 import re
-from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -11,20 +10,10 @@ from hydrofdi.compilation.symbols import recorded
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
-from hydrofdi.simulation.hydraulics import State, hydraulic_rates, lane_parameters
+from hydrofdi.simulation.hydraulics import hydraulic_rates, lane_parameters
 from hydrofdi.simulation.inputs import Drive, Spools, input_voltage
-from hydrofdi.simulation.kernel import keep_state, state_of, take_sample
-from hydrofdi.simulation.lanes import (
-    LANES,
-    LEAKAGE,
-    OPTIONAL,
-    PARAMETERS,
-    SAMPLED,
-    STATES,
-    WIDTH,
-    ModelOptions,
-    pack_lanes,
-)
+from hydrofdi.simulation.kernel import state_of
+from hydrofdi.simulation.lanes import LANES, WIDTH, ModelOptions
 from hydrofdi.transforms import detail_rms
 from tests.machines import RIG, settings_of
 from tests.simulation import reference
@@ -130,39 +119,6 @@ def test_a_spool_follows_its_own_voltage_with_the_same_bits_in_any_company_and_p
     np.testing.assert_allclose(alone[:, :, 0], expected, rtol=1e-15)
     assert np.all(np.abs(alone[4::4, -1, 1]) <= 3e-5)
     assert len({motion.tobytes() for motion in alone}) == len(drives)
-
-
-def test_lanes_hold_parameters_and_states_under_their_names():
-    run = RunParameters()
-    for field, path in PARAMETERS.items():
-        np.testing.assert_array_equal(pack_lanes([run], [1e-8])["left"][field][0], attrgetter(path)(run))
-    np.testing.assert_array_equal(pack_lanes([run], [1e-8])["left"][LEAKAGE][0], 1e-8)
-    everything = ModelOptions(closed_loop=True, **dict.fromkeys(OPTIONAL.values(), True))
-    numbers = {name: number for number, name in enumerate(LANES["left"].names, 1)}
-    half = np.zeros(1, LANES)["left"][0]
-    for name, number in numbers.items():
-        half[name] = number
-    half = half.view(np.recarray)
-    state, sample = state_of(half, 5), np.zeros((len(SAMPLED), 16))
-    assert state._asdict() == {name: numbers[name] for name in STATES}
-    take_sample(half, sample, 0, everything)
-    expected = [numbers["spool_1" if name == "spool_position" else name] for name in SAMPLED]
-    np.testing.assert_array_equal(sample[:, 0], expected)
-    keep_state(half, 7, State(*(-value for value in state)), everything)
-    assert [half[name][7] for name in STATES] == [-numbers[name] for name in STATES]
-
-
-def smooth_record(step):
-    friction = "friction.coulomb=0", "friction.breakaway=0", "friction.viscous=500"
-    run = nominal("record.duration=0.2 s", "wavelet.levels=2", *friction, f"record.step={step!r}")
-    return signals(simulate_batch([run], [0.0]), names=MOTION)
-
-
-def test_halving_the_step_divides_the_error_by_sixteen_on_a_smooth_problem():
-    exact = smooth_record(1e-4 / 16)
-    assert exact[1, 1:].min() > 0.0
-    errors = [np.abs(smooth_record(step) - exact).max(axis=1) for step in (4e-4, 2e-4, 1e-4)]
-    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 4.0, atol=0.3)
 
 
 def test_the_kernel_converges_to_radau_and_its_nominal_step_costs_little_of_any_detail_rms():

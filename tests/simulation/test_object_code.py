@@ -2,11 +2,9 @@
 
 import math
 import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,25 +13,6 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation import object_code
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.simulation.batch import simulate_batch
-from tests.conftest import REPOSITORY
-from tests.machines import LOOP, machine
-
-
-class Choices(NamedTuple):
-    doubled: bool | None
-    shifted: bool | None
-
-
-def mixed(source, record, n, factor, choices, total):
-    for row in range(n):
-        for column in range(source.shape[1]):
-            value = factor * source[row, column] + record[0].level[row]
-            if choices.doubled is not None:
-                value = 2.0 * value
-            if choices.shifted is not None:
-                value = value + 1.0
-            total[row] += value
 
 
 def with_memory_of_its_own(values: NDArray[Any]) -> None:
@@ -63,21 +42,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache."""
     monkeypatch.setattr(object_code, "cache_directory", lambda room: tmp_path)
     return tmp_path
-
-
-def test_arguments_of_all_kinds_arrive(folder: Path) -> None:
-    grid = np.arange(12.0).reshape(3, 4)
-    fixed = grid.copy()
-    fixed.flags.writeable = False
-    sources = (grid, np.asfortranarray(grid), np.arange(48.0).reshape(6, 8)[::-2, ::2], fixed)
-    choices = (Choices(None, None), Choices(True, None), Choices(None, True), Choices(True, True))
-    native = kernel(mixed)
-    for source, choice in zip(sources, choices, strict=True):
-        expected, found = np.zeros(3), np.zeros(6)[::2]
-        mixed(source, RECORD.view(np.recarray), 3, 0.5, choice, expected)
-        native(source, RECORD, 3, 0.5, choice, found)
-        np.testing.assert_allclose(found, expected, rtol=1e-15)
-    assert len(list(folder.glob("mixed-*.o"))) == len(choices)
 
 
 def doubled() -> list[float]:
@@ -156,22 +120,3 @@ def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(plant, tmp_p
     assert doubled() == [2.0, 2.0]
     assert [path.name for path in tmp_path.iterdir()] == ["cache"]
     assert not list(tmp_path.rglob("*.o"))
-
-
-LATER = """
-import sys
-from hydrofdi.simulation.batch import simulate_batch
-from tests.machines import machine
-run = machine({}, %r)
-print(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1].hex())
-print("numba" in sys.modules)
-"""
-
-
-@pytest.mark.parametrize("base", [{}, LOOP], ids=["paper", "loop"])
-def test_a_later_process_gets_the_same_bits_without_numba(base: dict[str, Any]) -> None:
-    pressure = float(simulate_batch([machine({}, base)], [1e-9]).chamber_1_pressure[0, -1])
-    done = subprocess.run(
-        [sys.executable, "-c", LATER % base], capture_output=True, text=True, check=True, cwd=REPOSITORY
-    )
-    assert done.stdout.split() == [pressure.hex(), "False"]

@@ -7,7 +7,7 @@ import pytest
 
 from hydrofdi.compilation import object_code
 from hydrofdi.compilation.object_code import recorded_kernel
-from hydrofdi.compilation.symbols import each, local, when, when_else
+from hydrofdi.compilation.symbols import each
 
 OPERATIONS = {
     "arithmetic": lambda x, y: (x + y) * (x - 2.0) / (3.0 + y * y) - -x,
@@ -43,34 +43,7 @@ def test_each_operation_gives_what_numpy_gives(name: str) -> None:
     np.testing.assert_allclose(results, operation(x * signs, y), rtol=1e-14, atol=1e-14)
 
 
-def gathered(source, record, columns, n, factor, doubles, total):
-    kept = local(1)
-    for row in each(source.shape[0]):
-        kept[0] = 0.0
-        for column in each(n):
-            kept[0] = kept[0] + factor * source[row, columns[column]] + record[0].level[row]
-        with when(row > 0):
-            total[row] = total[row] + 2.0 * kept[0] if doubles else kept[0]
-        with when_else(row % 2 == 0) as (even, odd):
-            with even:
-                total[row] += 1.0
-            with odd:
-                total[row] -= 1.0
-
-
 RECORD = np.dtype([("name", "i8"), ("level", "f8", (3,))])
-
-
-@pytest.mark.parametrize("doubles", [False, True])
-def test_loops_conditions_records_and_strides(doubles: bool) -> None:
-    grid, columns = np.arange(12.0).reshape(3, 4), np.array([3, 1, 0])
-    record = np.array([(7, [0.1, 0.2, 0.3])], RECORD)
-    for source in (grid, np.asfortranarray(grid), np.repeat(np.repeat(grid, 2, 0), 3, 1)[::2, ::3]):
-        sums = (0.5 * source[:, columns] + record["level"][0][:, None]).sum(axis=1)
-        expected = np.array([1.0, -1.0, 1.0]) + (np.arange(3) > 0) * sums * (1.0 + doubles)
-        total = np.zeros(6)[::2]
-        recorded_kernel(gathered)(source, record, columns, 3, 0.5, doubles, total)
-        np.testing.assert_allclose(total, expected, rtol=1e-15)
 
 
 def test_each_value_of_an_option_has_its_machine_code_by_its_place_and_numbers_share_it(folder: Path) -> None:

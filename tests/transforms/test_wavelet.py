@@ -8,16 +8,13 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunSpec
 from hydrofdi.config.request import RunRequest
-from hydrofdi.execution import compute as compute_module
 from hydrofdi.execution.compute import Job, compute_columns
 from hydrofdi.indicators.catalogue.wavelets import phase_rms
 from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle, pressure_features
-from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms import (
     WaveletConfig,
     boundary_length,
     coefficient_rms,
-    detail_coefficients,
     detail_rms,
     level_bands,
     n_phase,
@@ -31,12 +28,6 @@ ORTHOGONAL = st.sampled_from(["db8", "db2", "haar", "coif1", "sym4"])
 
 def _record(seed: int, n_time: int) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=n_time).cumsum()
-
-
-def test_a_polynomial_below_the_vanishing_moments_has_no_details_inside_the_record():
-    ramp = np.linspace(-1.0, 1.0, 1024) ** 3
-    _, details = detail_coefficients(ramp, WaveletConfig(levels=1), 1, np.arange(1024.0))
-    assert np.abs(details[8:-8]).max() < 1e-10 < np.abs(details).max()
 
 
 @pytest.mark.parametrize(("frequency", "level"), [(180.0, 1), (45.0, 3), (11.0, 5)])
@@ -73,26 +64,6 @@ def test_energy_is_partitioned_at_any_length_wherever_a_circle_starts(seed, n_ti
     np.testing.assert_allclose(np.sqrt(np.mean(approximations**2, axis=-1)), rms.approximation, rtol=1e-9)
     turned = undecimated_rms(np.roll(record, shift), wavelet)
     np.testing.assert_allclose(turned.detail, rms.detail, rtol=1e-9)
-
-
-def test_the_bits_of_a_record_do_not_depend_on_the_others():
-    records = np.random.default_rng(3).normal(size=(67, 4000))
-    together = undecimated_rms(records, WaveletConfig())
-    for first, last in ((0, 1), (5, 12), (40, 67)):
-        alone = undecimated_rms(records[first:last], WaveletConfig())
-        np.testing.assert_array_equal(alone.detail, together.detail[first:last])
-        np.testing.assert_array_equal(alone.approximation, together.approximation[first:last])
-
-
-@pytest.mark.parametrize("name", ["db8", "haar", "bior2.4"])
-def test_the_coefficients_are_those_of_the_stationary_transform_of_pywavelets(name):
-    record, levels = _record(3, 1024), 5
-    found = undecimated_coefficients(record, WaveletConfig(name=name, levels=levels))
-    for level, pair in enumerate(reversed(pywt.swt(record, name, level=levels))):
-        # PyWavelets centres each filter; the coefficients are the same, turned by half of its length.
-        delay = pywt.Wavelet(name).dec_len // 2 * (2 ** (level + 1) - 1)
-        for ours, theirs in zip(found, reversed(pair), strict=True):
-            np.testing.assert_allclose(np.roll(ours[level], -delay), theirs, atol=1e-9)
 
 
 def test_the_mean_square_is_the_mean_over_the_start_phases_which_count_from_the_start_of_the_record():
@@ -210,26 +181,6 @@ def test_discard_is_one_window_for_all_features_as_configured() -> None:
     np.testing.assert_array_equal(part["approximation_rms"], direct.approximation)
     for name in ("mean_internal_leakage_flow", "hydraulic_mode_frequency", "chamber_1_pressure_max"):
         assert part[name][0] == whole[name][0]
-
-
-def test_jobs_that_differ_in_their_analysis_alone_are_simulated_once(monkeypatch) -> None:
-    short = RUN.with_values({"record.duration": 2.0, "pressure_1_sensor.noise": 1e3})
-    analyses = [{}, {"wavelet.phase": 3}, {"wavelet.name": "db4"}, {"analysis.discard": 0.5}]
-    jobs = [_job(short.with_values(analysis), 1e-9, str(k)) for k, analysis in enumerate(analyses)]
-    jobs.append(_job(short, 2e-9, "leaky"))
-    simulated = []
-
-    def count(runs, coefficients, *, tap):
-        simulated.extend(coefficients)
-        return simulate_batch(runs, coefficients, tap)
-
-    monkeypatch.setattr(compute_module, "simulate_batch", count)
-    together = compute_columns(jobs)
-    assert simulated == [1e-9, 2e-9]
-    for row, job in enumerate(jobs):
-        alone = compute_columns([job])
-        for name in ("detail_rms", "chamber_1_pressure", "settled_detail_rms", "status"):
-            np.testing.assert_array_equal(together[name][row], alone[name][0])
 
 
 def test_a_phase_by_itself_is_that_of_all_phases() -> None:

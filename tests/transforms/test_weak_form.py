@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.indicators.catalogue.ring_down import common_motion, fit_free_motion
+from hydrofdi.indicators.catalogue.ring_down import fit_free_motion
 from hydrofdi.indicators.catalogue.transients import half_periods, jumps
 from hydrofdi.indicators.estimation.chamber_balance import weak_weights
 
@@ -39,15 +39,6 @@ def motion(frequency, damping_ratio, seed, n_piece=6):
     return decay * (draw.normal(size=(n_piece, 2)) @ shapes)
 
 
-@pytest.mark.parametrize(("frequency", "damping_ratio"), [(3.0, 0.05), (12.0, 0.3), (25.0, 0.01), (1.0, 2.0)])
-def test_the_pencil_finds_the_common_motion_of_pieces_without_noise(frequency, damping_ratio):
-    pieces = np.concatenate((motion(frequency, damping_ratio, 1), motion(2.0 * frequency, 0.2, 2)))
-    a, b = common_motion(pieces, np.repeat([0, 3], 6))
-    np.testing.assert_allclose(np.sqrt(b[:6]) / (2 * np.pi), frequency, rtol=1e-4)
-    np.testing.assert_allclose(a[:6] / (2 * np.sqrt(b[:6])), damping_ratio, rtol=1e-4)
-    np.testing.assert_allclose(np.sqrt(b[6:]) / (2 * np.pi), 2.0 * frequency, rtol=1e-4)
-
-
 @pytest.mark.parametrize(("frequency", "damping_ratio"), [(12.0, 0.05), (6.0, 0.3), (4.0, 0.5), (1.5, 1.6)])
 def test_least_squares_find_it_beside_a_polynomial(frequency, damping_ratio):
     pieces = 5.0 + 3.0 * TIME - 2.0 * TIME**2 + motion(frequency, damping_ratio, 3)
@@ -55,13 +46,6 @@ def test_least_squares_find_it_beside_a_polynomial(frequency, damping_ratio):
     np.testing.assert_allclose(found.frequency, 10.0 * frequency, rtol=1e-6)
     np.testing.assert_allclose(found.damping_ratio, damping_ratio, rtol=1e-6)
     np.testing.assert_allclose(found.explained, 1.0, rtol=1e-9)
-
-
-def test_what_the_motion_explains_of_white_noise_is_little():
-    noise = np.random.default_rng(4).normal(size=(500, 120))
-    with np.errstate(all="ignore"):
-        explained = fit_free_motion(noise, np.arange(500) // 10, 1200.0, 2).explained
-    assert np.nanquantile(explained, 0.99) < 0.2
 
 
 def square(n_time, period, rng=None, noise=0.0):

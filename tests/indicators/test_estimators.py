@@ -234,23 +234,6 @@ def test_rest_a_closed_valve_or_a_divergence_give_no_numbers(runs, name, options
     assert all(np.isnan(values[key]).all() for key in scores)
 
 
-def test_at_rest_the_trace_keeps_the_priors():
-    (rls,) = make_indicators({"weak_rls": {"supply": "nominal"}}).values()
-    last = {key: array[:, -1] for key, array in rls.trace(REST).values.items()}
-    assert (last["leakage"], last["flow_gain"]) == (0.0, 1.0)
-    np.testing.assert_allclose(last["leakage_error"], LITRE_PER_MINUTE)
-    np.testing.assert_allclose(last["bulk_modulus"], 551e6)
-    np.testing.assert_allclose(last["bulk_modulus_error"], np.hypot(0.3, 0.02) * 551e6)
-
-
-def test_a_ripple_of_the_pressures_hides_no_leak_and_no_bulk_modulus(runs):
-    ripple = 0.2e6 * np.sin(2.0 * np.pi * 225.0 * np.arange(runs.n_time) / runs.sampling_frequency)
-    shaken = replace(runs, channels=runs.channels | {c: runs[c] + ripple for c in (P1, P2)})
-    values, calm = (measured(records, "weak_rls", **BLIND)[0] for records in (shaken, runs))
-    np.testing.assert_allclose(values["bulk_modulus"], calm["bulk_modulus"], rtol=0.04)
-    np.testing.assert_allclose(values["leakage"], calm["leakage"], rtol=0.02, atol=0.002 / 60e3)
-
-
 def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():
     onset = "leakage.onset_time=6 s", "record.duration=12 s"
     late = simulated(*CLOSED_LOOP, *onset, leaks=[5e-9], moduli=[551e6])

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_kind, indicator_names, make_indicators, measure
 from hydrofdi.indicators.contract import RecursiveIndicator
-from hydrofdi.indicators.faults import doubts_of
 from indicators.signals import P1, P2, XV, U, X, batch, measured, noisy, simulated
 from indicators.test_catalogue import all_channels
 
@@ -87,28 +85,6 @@ BLIND = {"spool": "command", "supply": "sum"}
 def healthy():
     """One healthy record of 8 s with sensor noise."""
     return noisy(simulated("record.duration=8 s", leaks=[0.0], moduli=[551e6]), [0], seed=5)
-
-
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [
-        ("piston_area", 633), ("chamber_volume", "280 m^3"), ("bulk_modulus", "551 GPa"),
-        ("supply_pressure", "17.2 GPa"),
-    ],
-)  # fmt: skip
-def test_sizes_that_no_actuator_has_are_refused(option, value):
-    with pytest.raises(ConfigError, match=option):
-        make_indicators({"weak_rls": {option: value}})
-
-
-@pytest.mark.parametrize("option", ["supply_deviation", "flow_gain_deviation"])
-def test_an_estimate_that_no_actuator_has_is_doubtful(healthy, option):
-    turned = healthy.rows([0])
-    turned[U][:] *= -1.0
-    options = BLIND | {option: 1000.0}
-    values, _ = measured(turned, "weak_rls", **options)
-    (doubts,) = doubts_of(make_indicators({"weak_rls": options})["weak_rls"], values)
-    assert doubts
 
 
 def test_every_estimate_of_the_valve_has_its_deviation(healthy):

@@ -23,19 +23,15 @@ def equations(seed, n_window, n_chamber=2):
     return columns, targets, truth
 
 
-def followed(
-    columns, targets, due, memory=np.inf, deviations=None, counts=None, state=None, modulus=1e-12, error=ERROR
-):
+def followed(columns, targets, due, memory=np.inf, deviations=None, counts=None, state=None):
     """Estimates (n_instant, N_ESTIMATE) after so many windows."""
     deviations = np.ones(N_UNKNOWN) if deviations is None else deviations
     counts = np.ones(columns.shape[:2]) if counts is None else counts
     state = weak_rls.new_state(1, columns.shape[2]) if state is None else state
-    out = np.full((1, len(due), weak_rls.N_ESTIMATE), np.nan)
-    known, decay = weak_rls.Assumptions(deviations, error, 1.0, 0.032, modulus), float(np.exp(-1.0 / memory))
-    priors = np.zeros((1, len(due), N_UNKNOWN))
-    weak_rls.follow_windows(
-        columns, targets, counts, np.array(due), priors, known, decay, state, weak_rls.new_scratch(), out
-    )
+    out, priors = np.full((1, len(due), weak_rls.N_ESTIMATE), np.nan), np.zeros((1, len(due), N_UNKNOWN))
+    known, decay = weak_rls.Assumptions(deviations, ERROR, 1.0, 0.032, 1e-12), float(np.exp(-1.0 / memory))
+    given = columns, targets, counts, np.array(due), priors, known, decay, state, weak_rls.new_scratch(), out
+    weak_rls.follow_windows(*given)
     return out[0]
 
 
@@ -70,52 +66,32 @@ def test_what_is_not_excited_any_more_returns_to_its_prior():
     np.testing.assert_allclose(np.delete(late[:N_UNKNOWN], 4), np.delete(truth, 4), atol=0.05)
 
 
-def test_windows_that_do_not_count_only_let_time_pass():
+def test_windows_that_do_not_count_only_let_time_pass_and_a_gap_is_a_status_from_then_on():
     columns, targets, _ = equations(4, 60)
-    counts = np.ones((1, 60))
+    gap, counts, deviations = targets.copy(), np.ones((1, 60)), slice(N_UNKNOWN, 2 * N_UNKNOWN)
     counts[0, 20:] = 0.0
+    gap[0, 30, 0] = np.nan
+    found = followed(columns, gap, [30, 31, 60])
+    assert np.isfinite(found[0, : weak_rls.DISAGREEMENT]).all()
+    assert np.isnan(found[1:]).all()
     columns[:, 20:], targets[:, 20:] = np.nan, np.nan
     early, late = followed(columns, targets, [20, 60], counts=counts)
     np.testing.assert_array_equal(late[:N_UNKNOWN], early[:N_UNKNOWN])
-    faded = followed(columns, targets, [20, 60], counts=counts, memory=10.0)
-    assert (faded[1, N_UNKNOWN : 2 * N_UNKNOWN] > faded[0, N_UNKNOWN : 2 * N_UNKNOWN]).all()
-
-
-def test_a_gap_is_a_status_from_then_on():
-    columns, targets, _ = equations(5, 60)
-    targets[0, 30, 0] = np.nan
-    found = followed(columns, targets, [30, 31, 60])
-    assert np.isfinite(found[0, : weak_rls.DISAGREEMENT]).all()
-    assert np.isnan(found[1:]).all()
-
-
-def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
-    columns, targets, _ = equations(9, 62_500)
-    state = weak_rls.new_state(1, 2)
-    long = followed(columns, targets, [62_500], memory=300.0, state=state)[0]
-    fresh = followed(columns[:, -12_000:], targets[:, -12_000:], [12_000], memory=300.0)[0]
-    np.testing.assert_allclose(long, fresh, rtol=1e-9)
-    for moments in state.moments[0]:
-        lower = np.tril(moments)
-        assert np.linalg.eigvalsh(lower + np.tril(lower, -1).T).min() > 0.0
-
-
-def linear_problem(random):
-    """Transition, noise and prior of a plant whose held states walk."""
-    transition = np.eye(N_STATE)
-    transition[:N_MOVING] = random.normal(size=(N_MOVING, N_STATE))
-    transition[:N_MOVING, :N_MOVING] = 0.9 * np.linalg.qr(random.normal(size=(N_MOVING, N_MOVING)))[0]
-    noise, factor = np.abs(random.normal(size=N_STATE)), random.normal(size=(N_STATE, N_STATE))
-    return transition, noise, factor @ factor.T + np.eye(N_STATE)
+    early, late = followed(columns, targets, [20, 60], counts=counts, memory=10.0)
+    assert (late[deviations] > early[deviations]).all()
 
 
 @pytest.mark.parametrize("spread", [1.0, 0.1])
 def test_the_filters_are_the_kalman_filter(spread):
-    random = np.random.default_rng(3)
-    transition, noise, prior = linear_problem(random)
+    """Of a plant whose held states walk."""
+    random, transition = np.random.default_rng(3), np.eye(N_STATE)
+    transition[:N_MOVING] = random.normal(size=(N_MOVING, N_STATE))
+    transition[:N_MOVING, :N_MOVING] = 0.9 * np.linalg.qr(random.normal(size=(N_MOVING, N_MOVING)))[0]
+    noise, factor = np.abs(random.normal(size=N_STATE)), random.normal(size=(N_STATE, N_STATE))
+    prior, start = factor @ factor.T + np.eye(N_STATE), np.zeros(N_STATE)
     truth, deviations = random.normal(size=N_STATE), np.array([0.3, 0.01, 2.0])
-    kalman = KalmanFilter(np.zeros(N_STATE), prior)
-    extended, unscented = ExtendedFilter(kalman.mean, prior), UnscentedFilter(kalman.mean, prior, spread)
+    kalman = KalmanFilter(start, prior)
+    extended, unscented = ExtendedFilter(start, prior), UnscentedFilter(start, prior, spread)
     for _ in range(200):
         truth = transition @ truth + noise * random.normal(size=N_STATE)
         values = dict(enumerate(truth[:3] + deviations * random.normal(size=3)))
@@ -129,42 +105,22 @@ def test_the_filters_are_the_kalman_filter(spread):
             np.testing.assert_allclose(each.covariance, kalman.covariance, rtol=1e-9, atol=1e-9)
 
 
-def response(given, n_given, n_own, terms, coefficients):
-    """What a system of known coefficients makes of its input, value by value."""
-    start, signal = max(n_given, n_own), np.zeros(given.size)
+@pytest.mark.parametrize(("order", "n_given", "n_own"), [(1, 1, 1), (2, 3, 2), (3, 2, 0)])
+def test_a_known_system_has_its_coefficients_one_for_each_product(order, n_given, n_own):
+    draw = np.random.default_rng(order)
+    terms = volterra.polynomial_terms(n_given + n_own, order)
+    assert len(set(terms)) == len(terms) == comb(n_given + n_own + order, order)
+    coefficients = draw.uniform(-0.3, 0.3, len(terms)) / len(terms)
+    given, signal, start = draw.uniform(-1.0, 1.0, 1500), np.zeros(1500), max(n_given, n_own)
     for k in range(start, given.size):
         values = [given[k - lag] for lag in range(1, n_given + 1)]
         values += [signal[k - lag] for lag in range(1, n_own + 1)]
-        products = [np.prod([values[place] for place in term]) for term in terms]
-        signal[k] = np.dot(coefficients, products)
-    return signal
-
-
-@pytest.mark.parametrize(("order", "n_given", "n_own"), [(1, 1, 1), (2, 3, 2), (3, 2, 0)])
-def test_a_known_system_has_its_coefficients(order, n_given, n_own):
-    draw = np.random.default_rng(order)
-    terms = volterra.polynomial_terms(n_given + n_own, order)
-    coefficients = draw.uniform(-0.3, 0.3, len(terms)) / len(terms)
-    given = draw.uniform(-1.0, 1.0, 1500)
-    signal = response(given, n_given, n_own, terms, coefficients)
+        signal[k] = np.dot(coefficients, [np.prod([values[place] for place in term]) for term in terms])
     columns = volterra.regressors(given, signal, n_given, n_own, terms)
-    found, left = volterra.ridge_regression(columns, signal[max(n_given, n_own) :], 0.0)
+    found, left = volterra.ridge_regression(columns, signal[start:], 0.0)
     np.testing.assert_allclose(found, coefficients, atol=1e-8)
     assert left < 1e-10
-
-
-@pytest.mark.parametrize(("n_value", "order"), [(1, 1), (5, 2), (3, 4)])
-def test_there_is_a_term_for_each_product(n_value, order):
-    terms = volterra.polynomial_terms(n_value, order)
-    assert len(set(terms)) == len(terms) == comb(n_value + order, order)
-    assert terms[: n_value + 1] == ((), *((place,) for place in range(n_value)))
-
-
-def test_lagged_values_are_named_in_the_order_of_the_terms():
     assert volterra.lagged_values("u", 2, "y", 1) == ("u1", "u2", "y1")
-    given, signal = np.arange(10.0), 100.0 + np.arange(10.0)
-    columns = volterra.regressors(given, signal, 2, 1, volterra.polynomial_terms(3, 1))
-    np.testing.assert_array_equal(columns[0], [1.0, given[1], given[0], signal[1]])
 
 
 def test_a_ridge_is_that_of_the_normal_equations_and_what_is_not_determined_has_no_number():

@@ -81,10 +81,6 @@ def test_a_fault_is_a_sentence_of_every_record_and_the_others_go_on(gives: Any) 
     assert measured.obstacles["dwt"] == (None,) * 3
 
 
-POINTS = "sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}\n"
-STUDY = "study: {healthy: {fit: 3, test: 2}}\n"
-
-
 class Raising(Swing):
     name: ClassVar[str] = "raising"
     gives: ClassVar[Any] = staticmethod(fails)
@@ -95,12 +91,10 @@ class Overflowing(Swing):
     gives: ClassVar[Any] = staticmethod(lambda batch: {"range": np.full(batch.n_record, np.inf)})
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def _added(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    points = tuple(
-        EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.GROUP)
-        for kind in (Raising, Overflowing)
-    )
+    kinds = (Raising, Overflowing)
+    points = [EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.GROUP) for kind in kinds]
     monkeypatch.setattr(registry, "entry_points", lambda **_: points)
     for cached in (registry._added, registry.indicator_kind):
         cached.cache_clear()
@@ -109,7 +103,14 @@ def _added(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         cached.cache_clear()
 
 
-@pytest.mark.parametrize(("name", "points"), [("raising", STUDY), ("overflowing", POINTS)])
+STUDY = "study: {healthy: {fit: 3, test: 2}}\n"
+
+
+@pytest.mark.usefixtures("_added")
+@pytest.mark.parametrize(
+    ("name", "points"),
+    [("raising", STUDY), ("overflowing", "sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}\n")],
+)
 def test_a_sweep_says_it_once_and_exits_with_1(tmp_path: Path, name: str, points: str) -> None:
     file, out, sentence = tmp_path / "faulty.yaml", tmp_path / "out", f"indicator '{name}' "
     file.write_text(f"name: faulty\nrecord: {{duration: 2 s}}\nindicators: [dwt, {name}]\n{points}")
@@ -123,22 +124,10 @@ def test_a_sweep_says_it_once_and_exits_with_1(tmp_path: Path, name: str, points
         assert sentence in run("report", out, "--format", "markdown").stdout
 
 
-RIG = """\
-files: "*.csv"
-sampling_frequency: 100 Hz
-channels: {chamber_1_pressure: {column: P1, unit: bar}}
-path: "{condition}_{unit}.csv"
-group: "rig {unit}"
-label: "{condition}"
-"""
-
-
-class Curious(Indicator):
+class Curious(Swing):
     """Keeps every text that it can reach."""
 
-    name, version, summary, source = "curious", 1, "Nothing.", "none"
-    channels = frozenset({P1})
-    outputs = (Output("mean", "Pa", "mean pressure"),)
+    name, outputs = "curious", (Output("mean", "Pa", "mean pressure"),)
 
     def __init__(self):
         super().__init__()
@@ -168,7 +157,11 @@ def texts_in(thing):
 def test_an_indicator_sees_no_file_name_group_or_label(tmp_path):
     for name in ("Base_7", "Leak_7", "Leak_8"):
         (tmp_path / f"{name}.csv").write_text("P1\n" + "".join(f"{row % 5 + 1}\n" for row in range(20)))
-    (tmp_path / "rig.yaml").write_text(RIG)
+    (tmp_path / "rig.yaml").write_text(
+        'files: "*.csv"\nsampling_frequency: 100 Hz\n'
+        "channels: {chamber_1_pressure: {column: P1, unit: bar}}\n"
+        'path: "{condition}_{unit}.csv"\ngroup: "rig {unit}"\nlabel: "{condition}"\n'
+    )
     curious = Curious()
     _, records = measure_sources([measured_source(tmp_path / "rig.yaml")], {"curious": curious})
     told = list(records)

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 from hydrofdi.physics.hydraulic_mode import mode_frequency
-from indicators.signals import P1, U, batch, measured, noise, ringing_pressure, simulated
-from indicators.signals import square_wave as square
+from indicators.signals import P1, U, batch, measured, noise, ringing_pressure, simulated, square_wave
 
 N, HALF = 5000, 500
 
 
-def ringing(frequency=60.0, damping_ratio=0.05, noise=0.0, n_record=1, seed=0, n_time=N):
-    pressure = ringing_pressure(n_time, HALF, frequency, damping_ratio)
-    noise = noise * np.random.default_rng(seed).normal(size=(n_record, n_time))
-    return batch({P1: pressure + noise, U: np.tile(square(n_time, HALF), (n_record, 1))}, drive_period=2.0)
+def ringing(frequency=60.0, damping_ratio=0.05, noise=0.0, n_record=1):
+    noise = noise * np.random.default_rng(0).normal(size=(n_record, N))
+    pressure = ringing_pressure(N, HALF, frequency, damping_ratio) + noise
+    return batch({P1: pressure, U: np.tile(square_wave(N, HALF), (n_record, 1))}, drive_period=2.0)
 
 
 @pytest.mark.parametrize(
@@ -23,21 +22,23 @@ def test_the_frequency_and_damping_of_a_second_order_system_come_out(frequency, 
     values, _ = measured(ringing(frequency, damping_ratio), "ring_down")
     np.testing.assert_allclose(values["frequency"], frequency, rtol=1e-6)
     np.testing.assert_allclose(values["damping_ratio"], damping_ratio, rtol=1e-6)
-    np.testing.assert_array_equal(values["steps"], N // HALF - 1)
-    np.testing.assert_array_equal(values["overdamped"], 0.0)
+    assert (values["steps"], values["overdamped"]) == (N // HALF - 1, 0.0)
 
 
-def test_a_system_that_does_not_oscillate_is_said_to_be_overdamped():
-    values, _ = measured(ringing(20.0, 1.2, noise=1e3), "ring_down", delay=0, window="0.3 s")
-    assert (values["overdamped"], values["steps"]) == (1.0, 0.0)
-    assert np.isnan(values["damping_ratio"]).all()
-
-
-@pytest.mark.parametrize("pressure", [noise(4, (20, N), size=1e4), np.arange(N) * 1e3])
-def test_white_noise_and_a_ramp_do_not_ring(pressure):
-    values, _ = measured(batch({P1: pressure}, drive_period=2.0), "ring_down")
+@pytest.mark.parametrize(
+    ("records", "options"),
+    [
+        (ringing(20.0, 1.2, noise=1e3), {"delay": 0, "window": "0.3 s"}),
+        (batch({P1: noise(4, (20, N), size=1e4)}, drive_period=2.0), {}),
+        (batch({P1: np.arange(N) * 1e3}, drive_period=2.0), {}),
+    ],
+    ids=["overdamped", "white noise", "ramp"],
+)
+def test_what_does_not_oscillate_does_not_ring(records, options):
+    values, _ = measured(records, "ring_down", **options)
     assert values["steps"].sum() == 0.0
     np.testing.assert_array_equal(values["overdamped"], 1.0)
+    assert np.isnan(values["damping_ratio"]).all()
 
 
 def test_the_stated_errors_cover_the_truth_as_often_as_they_should():
@@ -50,40 +51,27 @@ def test_the_stated_errors_cover_the_truth_as_often_as_they_should():
 
 
 def test_the_mode_of_a_simulated_actuator_is_that_of_linear_theory():
-    moduli = np.repeat([551e6, 689e6, 827e6], 2)
-    records = simulated("record.duration=6 s", leaks=[0.0, 5e-9] * 3, moduli=moduli)
+    moduli = np.repeat([551e6, 827e6], 2)
+    records = simulated("record.duration=6 s", leaks=[0.0, 5e-9] * 2, moduli=moduli)
     values, _ = measured(records, "ring_down", less="chamber_2_pressure")
-    theory = [
-        mode_frequency(modulus, (633e-6, 633e-6), (280e-6, 280e-6), 12.3, 150e3) / (2 * np.pi)
-        for modulus in moduli
-    ]
+    machine = (633e-6, 633e-6), (280e-6, 280e-6), 12.3, 150e3
+    theory = [mode_frequency(modulus, *machine) / (2 * np.pi) for modulus in moduli]
     np.testing.assert_allclose(values["frequency"], theory, rtol=0.02)
     healthy, leaking = values["damping_ratio"][0::2], values["damping_ratio"][1::2]
     assert (leaking > 1.5 * healthy).all()
-    np.testing.assert_array_equal(values["overdamped"], 0.0)
-
-
-def test_another_unit_of_time_changes_the_frequency_alone():
-    records = ringing(40.0, 0.1, noise=1e4)
-    values, _ = measured(records, "ring_down")
-    slow = batch({P1: records[P1], U: records[U]}, sampling_frequency=250.0)
-    slower, _ = measured(slow, "ring_down", delay=0.02, window=0.4, jump_time=0.02, spacing=0.2)
-    np.testing.assert_allclose(slower["frequency"], values["frequency"] / 2.0, rtol=1e-9)
-    np.testing.assert_allclose(slower["damping_ratio"], values["damping_ratio"], rtol=1e-9)
 
 
 def test_the_steps_may_be_found_by_the_command_the_period_or_the_pressure():
-    records = ringing(50.0, 0.02)
-    found_by = {
-        kind: measured(records, "ring_down", steps=kind)[0]["damping_ratio"]
+    command, period, signal = (
+        measured(ringing(50.0, 0.02), "ring_down", steps=kind)[0]["damping_ratio"]
         for kind in ("command", "period", "signal")
-    }
-    np.testing.assert_array_equal(found_by["command"], found_by["period"])
-    np.testing.assert_allclose(found_by["signal"], found_by["command"], rtol=1e-6)
+    )
+    np.testing.assert_array_equal(command, period)
+    np.testing.assert_allclose(signal, command, rtol=1e-6)
 
 
 @pytest.mark.parametrize("pressure", [np.full(N, 8e6), np.full(N, np.nan)])
-@pytest.mark.parametrize("command", [square(N, HALF), np.ones(N)])
+@pytest.mark.parametrize("command", [square_wave(N, HALF), np.ones(N)])
 def test_a_pressure_that_does_not_move_has_no_numbers_and_says_so(pressure, command):
     values, obstacles = measured(batch({P1: pressure, U: command}), "ring_down")
     assert all(np.isnan(value).all() for value in values.values())

@@ -1,5 +1,8 @@
 """The hydraulic part of the model, started from any state, with the valve held."""
 
+import itertools
+import math
+
 import numpy as np
 
 from hydrofdi.config import RunParameters
@@ -8,6 +11,9 @@ from hydrofdi.simulation.lanes import SAMPLED, STATES, WIDTH, ModelOptions, pack
 from tests.machines import RIG
 
 FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}
+FREE = {"actuator.load_stiffness": 0.0}
+HELD = {"actuator.mass": 1e18}
+"""A piston so heavy that it does not move."""
 
 
 def free_motion(values, start, spool, duration, step, machine=RIG):
@@ -28,3 +34,14 @@ def free_motion(values, start, spool, duration, step, machine=RIG):
         lanes, stages, drives, loads, np.zeros(WIDTH, int), shared, float(step), 1, 1, samples, 0, options
     )  # fmt: skip
     return {name: samples[:, row, : len(runs)].T.copy() for row, name in enumerate(STATES)}
+
+
+def ring_down(velocity, step):
+    """ω [rad/s] and ζ, from upward zero crossings and the peaks between them."""
+    before = np.flatnonzero((velocity[:-1] <= 0.0) & (velocity[1:] > 0.0))
+    crossings = step * (before - velocity[before] / (velocity[before + 1] - velocity[before]))
+    peaks = [velocity[a : b + 1].max() for a, b in itertools.pairwise(before)]
+    damped = 2.0 * math.pi * (len(crossings) - 1) / (crossings[-1] - crossings[0])
+    decay = math.log(peaks[0] / peaks[-1]) * damped / (2.0 * math.pi * (len(peaks) - 1))
+    omega = math.hypot(damped, decay)
+    return omega, decay / omega

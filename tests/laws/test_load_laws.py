@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from free_motion import FRICTIONLESS, free_motion
+from free_motion import FREE, FRICTIONLESS, HELD, free_motion
 from test_second_solver import VARIANTS
 
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics import NEGLIGIBLE, settled
 from hydrofdi.simulation import batch, inputs
-from hydrofdi.simulation.balances import Trajectory, balance_residuals
+from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.lanes import HIDDEN
 from hydrofdi.simulation.sensing import Measurement
@@ -30,44 +30,34 @@ AT_REST = machine({
 })  # fmt: skip
 
 
-def test_shut_leaking_cylinder_yields_to_the_load_until_the_spring_holds_it() -> None:
-    record = simulate_batch([AT_REST.with_values({"load.constant_force": 700.0})], [1e-8])
-    difference = record.chamber_1_pressure[0, -1] - record.chamber_2_pressure[0, -1]
-    position = record.piston_position[0, -1]
-    assert AREA * difference == pytest.approx(700.0 + 50e3 * position, abs=0.5)
-    assert position == pytest.approx(-700.0 / 50e3, rel=1e-3)
+def test_shut_leaking_cylinders_yield_to_their_loads_until_the_spring_holds_them() -> None:
+    loads = np.linspace(-800.0, 800.0, 20)
+    runs = [AT_REST.with_values({"load.constant_force": force}) for force in loads.tolist()]
+    record = simulate_batch(runs, [1e-8] * 20)
+    difference = (record.chamber_1_pressure - record.chamber_2_pressure)[:, -1]
+    position = record.piston_position[:, -1]
+    np.testing.assert_allclose(AREA * difference, loads + 50e3 * position, atol=0.5)
+    np.testing.assert_allclose(position, -loads / 50e3, atol=2e-5)
 
 
-def test_random_load_is_seeded_and_held() -> None:
+def test_random_load_is_seeded_and_held_and_a_slow_one_reaches_the_same_levels_evenly() -> None:
     values = {"load.random_force": 500.0, "load.random_period": 0.1, "load.constant_force": 100.0}
-    runs = [AT_REST.with_values({**values, "load.seed": seed}) for seed in (1, 1, 2)]
-    force = simulate_batch(runs, [1e-9] * 3).load_force
+    own = [{}, {}, {"load.seed": 2}, {"load.random_change": 0.06}]
+    force = simulate_batch([AT_REST.with_values(values | each) for each in own], [1e-9] * 4).load_force
     np.testing.assert_array_equal(force[0], force[1])
-    assert np.all(force.reshape(3, 100, 50) == force.reshape(3, 100, 50)[:, :, :1])
-    assert np.abs(force - 100.0).max() <= 500.0
-    assert abs(np.corrcoef(force[0, ::50], force[2, ::50])[0, 1]) < 0.4
-
-
-def test_slow_load_reaches_the_same_levels_evenly() -> None:
-    values = {"load.random_force": 500.0, "load.random_period": 0.1, "load.random_change": 0.06}
-    runs = [AT_REST.with_values(values | {"load.random_change": time}) for time in (0.0, 0.06)]
-    levels, force = simulate_batch(runs, [1e-9] * 2).load_force.reshape(2, 100, 50)
-    np.testing.assert_array_equal(force[:, 31:], levels[:, 31:])
-    np.testing.assert_allclose(np.diff(force[1:, :30], n=2), 0.0, atol=1e-9)
-    np.testing.assert_allclose(force[1:, 0], levels[:-1, 0])
-
-
-def test_loads_of_a_batch_reach_their_own_runs() -> None:
-    runs = [AT_REST.with_values({"load.constant_force": force}) for force in np.linspace(-800.0, 800.0, 20)]
-    position = simulate_batch(runs, [1e-8] * 20).piston_position[:, -1]
-    assert np.all(np.diff(position) < 0.0)
+    levels, _, other, slow = force.reshape(4, 100, 50)
+    assert np.all(levels == levels[:, :1])
+    assert np.abs(levels - 100.0).max() <= 500.0
+    assert abs(np.corrcoef(levels[:, 0], other[:, 0])[0, 1]) < 0.4
+    np.testing.assert_array_equal(slow[:, 31:], levels[:, 31:])
+    np.testing.assert_allclose(np.diff(slow[1:, :30], n=2), 0.0, atol=1e-9)
+    np.testing.assert_allclose(slow[1:, 0], levels[:-1, 0])
 
 
 def test_free_mass_bounces_off_an_end_stop_with_its_speed() -> None:
     """A chamber pressure that never changes leaves the mass free; the stop is a spring."""
-    values = {
-        **FRICTIONLESS, "actuator.load_stiffness": 0.0, "actuator.end_stop_stiffness": 20e6,
-        "actuator.end_stop_position": 0.05, "fluid.bulk_modulus": 1.0,
+    values = FREE | FRICTIONLESS | {
+        "actuator.end_stop_stiffness": 20e6, "actuator.end_stop_position": 0.05, "fluid.bulk_modulus": 1.0,
     }  # fmt: skip
     motion = free_motion([values] * 2, [{"velocity": 0.5}, {"velocity": -0.5}], [0.0, 0.0], 0.2, 1e-5)
     assert motion["velocity"][0, -1] == pytest.approx(-0.5, rel=1e-4)
@@ -76,66 +66,27 @@ def test_free_mass_bounces_off_an_end_stop_with_its_speed() -> None:
     np.testing.assert_allclose(motion["position"][0], -motion["position"][1], atol=1e-12)
 
 
-def test_piston_that_would_leave_the_cylinder_is_held_by_the_stops() -> None:
-    times = {"record.duration": 4.0, "input.period": 4.0}
-    free = machine({"actuator.load_stiffness": 0.0, "input.amplitude": 8.0, **times})
-    stopped = free.with_values({"actuator.end_stop_position": 0.3, "actuator.end_stop_stiffness": 20e6})
-    record = simulate_batch([free, stopped], [0.0, 0.0])
-    assert [outcome.status for outcome in record.outcomes] == ["stroke_exceeded", "ok"]
-    assert 0.3 < record.piston_position[1].max() < 0.3 + 17.2e6 * AREA / 20e6 * 1.5
-    # Driven into the stop, the piston ends with the supply in one chamber and the return in the other.
-    assert record.chamber_1_pressure[1, 990] == pytest.approx(17.2e6, rel=1e-3)
-    assert record.chamber_2_pressure[1, 990] == pytest.approx(0.0, abs=1e4)
-
-
-LEAST_NORMAL = np.finfo(float).tiny
 UNDERFLOW = {"x86_64": 0x10, "aarch64": 0x08}.get(platform.machine(), 0) if sys.platform == "linux" else 0
 """The processor's mark of a result that became subnormal, by the C library's number."""
-
-HELD = {"input.period": 10.0}
+HELD_INPUT = {"input.period": 10.0}
 PRESSED = {"control.amplitude": 0.5, "actuator.load_stiffness": 1e7, "valve.natural_frequency": 225.0}
 """A reference out of reach, so that the controller stays at its limit and the spool comes to rest."""
 DRAINED = {
     "input.amplitude": 0.0, "control.amplitude": 0.0,
     "supply.return_pressure": 0.0, "leakage.external_coefficient": 1e-10,
 }  # fmt: skip
-SIGNALS = (
-    "spool_position", "piston_position", "piston_velocity", "chamber_1_pressure", "chamber_2_pressure",
-    "valve_supply_pressure", "bristle_deflection", "internal_leakage_flow",
-)  # fmt: skip
 
 
-@pytest.fixture
-def found(monkeypatch: pytest.MonkeyPatch) -> set[str]:
-    """What becomes subnormal in the kernels, by name."""
-    names: set[str] = set()
-    monkeypatch.setattr(batch, "advance_lanes", watched(batch.advance_lanes, names))
-    monkeypatch.setattr(inputs, "advance_spools", watched(inputs.advance_spools, names))
-    return names
+def watched(kernel: Callable[..., None], underflowed: list[str]) -> Callable[..., None]:
+    """A kernel that notes whether an operation underflowed."""
 
-
-def watched(kernel: Callable[..., None], names: set[str]) -> Callable[..., None]:
-    """A kernel that notes the subnormal fields of the record it has advanced, and whether it underflowed."""
-
-    def advance(record: np.ndarray, *others: Any) -> None:
-        if UNDERFLOW:
-            ctypes.CDLL(None).feclearexcept(UNDERFLOW)
-        kernel(record, *others)
-        if UNDERFLOW and ctypes.CDLL(None).fetestexcept(UNDERFLOW):
-            names.add("an operation")
-        names.update(subnormal_fields(record))
+    def advance(*given: Any) -> None:
+        ctypes.CDLL(None).feclearexcept(UNDERFLOW)
+        kernel(*given)
+        if ctypes.CDLL(None).fetestexcept(UNDERFLOW):
+            underflowed.append(kernel.__name__)
 
     return advance
-
-
-def subnormal_fields(record: np.ndarray) -> set[str]:
-    fields = record.dtype.names or ()
-    own = {name for name in fields if is_subnormal(record[name])}
-    return own.union(*(subnormal_fields(record[name]) for name in fields))
-
-
-def is_subnormal(values: np.ndarray) -> bool:
-    return values.dtype == float and bool(np.any((values != 0.0) & (np.abs(values) < LEAST_NORMAL)))
 
 
 @pytest.fixture(scope="module")
@@ -146,88 +97,80 @@ def stopped(tmp_path_factory: pytest.TempPathFactory) -> RunParameters:
     return load_experiment(None, ["input.shape=csv", f"input.file={file}"]).nominal_parameters
 
 
+@pytest.mark.skipif(not UNDERFLOW, reason="how this processor marks an underflow is not known")
 @pytest.mark.parametrize("values", VARIANTS)
-def test_nothing_becomes_subnormal_at_rest(values: Values, stopped: RunParameters, found: set[str]) -> None:
+def test_nothing_becomes_subnormal_at_rest(values: Values, stopped: RunParameters, monkeypatch) -> None:
+    underflowed: list[str] = []
+    for module, name in ((batch, "advance_lanes"), (inputs, "advance_spools")):
+        monkeypatch.setattr(module, name, watched(getattr(module, name), underflowed))
     values = values | {"record.duration": 2.0}
     nominal = RunParameters().with_values(values)
-    runs = [nominal.with_values(rest) for rest in (HELD, HELD | PRESSED, DRAINED)]
+    runs = [nominal.with_values(rest) for rest in (HELD_INPUT, HELD_INPUT | PRESSED, DRAINED)]
     if not nominal.control.is_closed and nominal.input.shape == "square":
         runs.append(stopped.with_values(values))
     trajectory = simulate_batch(runs, [3e-9] * len(runs))
-    found.update(signal for signal in SIGNALS if is_subnormal(getattr(trajectory, signal)))
-    assert not found
+    assert not underflowed
     assert [outcome.status for outcome in trajectory.outcomes] == ["ok"] * len(runs)
 
 
-def test_a_closed_valve_comes_to_rest(stopped: RunParameters) -> None:
+def test_a_closed_valve_comes_to_rest_where_what_is_negligible_settles(stopped: RunParameters) -> None:
     opening = simulate_batch([stopped.with_values({"record.duration": 2.0})], [0.0]).spool_position[0]
     assert np.abs(opening).max() > 1e-5
     assert opening[-1] == 0.0
-
-
-def test_only_what_is_negligible_settles() -> None:
     assert settled(0.99 * NEGLIGIBLE) == settled(-0.99 * NEGLIGIBLE) == 0.0
     assert settled(-NEGLIGIBLE) == -NEGLIGIBLE
     assert np.isnan(settled(np.nan))
 
 
-FINE = RunParameters().with_values(
-    {"record.step": 2e-5, "record.sampling_frequency": 50e3, "record.duration": 1.0, "input.period": 1.0}
-)
-RUNS = [FINE, FINE.with_values({"leakage.external_coefficient": 2e-13, "fluid.bulk_modulus": 827e6})]
-
-
-@pytest.fixture(scope="module")
-def trajectory() -> Trajectory:
-    return simulate_batch(RUNS, [0.0, 2e-9])
-
-
-def test_balances_close_at_a_small_step_and_open_where_leakage_or_friction_is_forged(
-    trajectory: Trajectory,
-) -> None:
-    residuals = balance_residuals(RUNS, trajectory)
+def test_balances_close_at_a_small_step_and_open_where_leakage_or_friction_is_forged() -> None:
+    times = {
+        "record.step": 2e-5,
+        "record.sampling_frequency": 50e3,
+        "record.duration": 1.0,
+        "input.period": 1.0,
+    }
+    fine = RunParameters().with_values(times)
+    runs = [fine, fine.with_values({"leakage.external_coefficient": 2e-13, "fluid.bulk_modulus": 827e6})]
+    trajectory = simulate_batch(runs, [0.0, 2e-9])
+    residuals = balance_residuals(runs, trajectory)
     assert np.all(residuals.volume < 1e-6)
     assert np.all(residuals.energy < 1e-6)
-    without = balance_residuals(RUNS, replace(trajectory, leakage_coefficient=np.zeros(2)))
+    alone = balance_residuals(runs[1:], simulate_batch(runs[1:], [2e-9]))
+    assert (alone.volume[0], alone.energy[0]) == (residuals.volume[1], residuals.energy[1])
+    without = balance_residuals(runs, replace(trajectory, leakage_coefficient=np.zeros(2)))
     assert without.volume[1] > 1e-3
     assert without.energy[1] > 1e-3
-    others = [run.with_values({"friction.coulomb": 300.0, "friction.breakaway": 350.0}) for run in RUNS]
+    others = [run.with_values({"friction.coulomb": 300.0, "friction.breakaway": 350.0}) for run in runs]
     rubbing = balance_residuals(others, trajectory)
     assert np.all(rubbing.energy > 1e-4)
     assert np.all(rubbing.volume < 1e-6)
 
 
-def test_residuals_of_a_run_do_not_depend_on_the_others(trajectory: Trajectory) -> None:
-    alone = balance_residuals(RUNS[1:], simulate_batch(RUNS[1:], [2e-9]))
-    together = balance_residuals(RUNS, trajectory)
-    assert alone.volume[0] == together.volume[1]
-    assert alone.energy[0] == together.energy[1]
-
-
 def test_hose_rings_at_its_own_frequency_and_carries_flow_against_its_resistance() -> None:
     """Between a shut valve and a held piston: ω² = (β_h/V_h + β/V)/I_h, decay rate R_h/(2 I_h)."""
     hose = {"actuator.hose_volume": 40e-6, "actuator.hose_inertance": 2e7, "actuator.hose_resistance": 1e9}
-    held = hose | {"actuator.mass": 1e18}
     start = {"line_pressure_1": 9e6, "pressure_1": 8e6, "line_pressure_2": 8e6, "pressure_2": 8e6}
-    motion = free_motion([held], [start], [0.0], 0.05, 1e-5, HOSES)
+    motion = free_motion([hose | HELD], [start], [0.0], 0.05, 1e-5, HOSES)
     omega = math.sqrt((400e6 / 40e-6 + 551e6 / 280e-6) / 2e7)
     rate, time = 1e9 / (2.0 * 2e7), 1e-5 * np.arange(motion["line_flow_1"].shape[1])
     damped = math.sqrt(omega**2 - rate**2)
     flow = 1e6 / (2e7 * damped) * np.exp(-rate * time) * np.sin(damped * time)
     np.testing.assert_allclose(motion["line_flow_1"][0], flow, atol=1e-6 * flow.max())
     assert np.ptp(motion["pressure_2"][0]) < 1.0
-    free = hose | {"actuator.load_stiffness": 0.0, "leakage.internal_coefficient": 5e-9}
-    motion = free_motion([free], [{}], [44e-6], 0.5, 1e-4, HOSES)
-    drop = (motion["line_pressure_1"] - motion["pressure_1"])[0, -500:].mean()
-    assert drop == pytest.approx(1e9 * motion["line_flow_1"][0, -500:].mean(), rel=1e-3)
-    assert drop > 1e4
+    motion = free_motion(
+        [hose | FREE | {"leakage.internal_coefficient": 5e-9}], [{}], [44e-6], 0.5, 1e-4, HOSES
+    )
+    for number, sign in ((1, 1.0), (2, -1.0)):
+        fall = sign * (motion[f"line_pressure_{number}"] - motion[f"pressure_{number}"])[0, -500:].mean()
+        assert fall == pytest.approx(1e9 * motion[f"line_flow_{number}"][0, -500:].mean(), rel=1e-3)
+        assert fall > 1e4
 
 
 def test_sensor_at_the_valve_shows_the_pressure_of_the_hose() -> None:
     run = machine({"measurement.pressures_at": "valve"}, HOSES)
-    late = run.with_values({"pressure_1_sensor.delay": 2e-3})
-    sensors = Measurement([run, late])
-    truth = simulate_batch([run, late], [2e-9] * 2, sensors)
+    runs = [run, run.with_values({"pressure_1_sensor.delay": 2e-3})]
+    sensors = Measurement(runs)
+    truth = simulate_batch(runs, [2e-9] * 2, sensors)
     shown = sensors.show(truth)
     np.testing.assert_array_equal(shown.chamber_1_pressure[0], truth.line_1_pressure[0])
     np.testing.assert_array_equal(shown.chamber_2_pressure, truth.line_2_pressure)
@@ -237,13 +180,12 @@ def test_sensor_at_the_valve_shows_the_pressure_of_the_hose() -> None:
 
 def test_cylinder_on_a_foundation_gives_way_to_the_force_on_the_load() -> None:
     """At rest: K_b x_b = −A (P_1 − P_2) without friction; the load's spring holds the other end."""
-    stiffness = 5e6
     run = machine({
-        **FRICTIONLESS, "friction.viscous": 2e3, "actuator.foundation_stiffness": stiffness,
+        **FRICTIONLESS, "friction.viscous": 2e3, "actuator.foundation_stiffness": 5e6,
         "actuator.foundation_damping": 20e3, "record.duration": 2.0, "input.period": 4.0,
     })  # fmt: skip
-    batch = simulate_batch([run], [5e-9])
-    support = batch.hidden_states[0, list(HIDDEN).index("support"), -1]
-    force = 633e-6 * (batch.chamber_1_pressure - batch.chamber_2_pressure)[0, -1]
+    record = simulate_batch([run], [5e-9])
+    support = record.hidden_states[0, list(HIDDEN).index("support"), -1]
+    force = AREA * (record.chamber_1_pressure - record.chamber_2_pressure)[0, -1]
     assert abs(force) > 500.0
-    assert stiffness * support == pytest.approx(-force, rel=1e-2)
+    assert 5e6 * support == pytest.approx(-force, rel=1e-2)

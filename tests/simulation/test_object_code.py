@@ -1,12 +1,10 @@
-"""Machine code that is kept on disk."""
+"""Machine code of functions and of recorded operations, and its cache on disk."""
 
 import math
 import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,26 +12,8 @@ from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
 from hydrofdi.compilation import object_code
-from hydrofdi.compilation.object_code import kernel
-from hydrofdi.simulation.batch import simulate_batch
-from tests.conftest import REPOSITORY
-from tests.machines import LOOP, machine
-
-
-class Choices(NamedTuple):
-    doubled: bool | None
-    shifted: bool | None
-
-
-def mixed(source, record, n, factor, choices, total):
-    for row in range(n):
-        for column in range(source.shape[1]):
-            value = factor * source[row, column] + record[0].level[row]
-            if choices.doubled is not None:
-                value = 2.0 * value
-            if choices.shifted is not None:
-                value = value + 1.0
-            total[row] += value
+from hydrofdi.compilation.object_code import kernel, recorded_kernel
+from hydrofdi.compilation.symbols import each
 
 
 def with_memory_of_its_own(values: NDArray[Any]) -> None:
@@ -45,19 +25,14 @@ def with_another_function(values: NDArray[Any]) -> None:
         values[k] = math.acosh(values[k])
 
 
-def in_place(values: NDArray[Any]) -> None:
-    for row in range(values.shape[0]):
-        for column in range(values.shape[1]):
-            values[row, column] *= 2.0
+def twice(values: NDArray[Any]) -> None:
+    for k in range(values.size):
+        values[k] *= 2.0
 
 
 def thrice(values: NDArray[Any]) -> None:
-    for row in range(values.shape[0]):
-        for column in range(values.shape[1]):
-            values[row, column] *= 3.0
-
-
-RECORD = np.dtype([("name", "i8"), ("level", "f8", (3,))])
+    for k in range(values.size):
+        values[k] *= 3.0
 
 
 @pytest.fixture
@@ -67,40 +42,20 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def _read_only(values: NDArray[Any]) -> NDArray[Any]:
-    values = values.copy()
-    values.flags.writeable = False
-    return values
-
-
-def test_arguments_of_all_kinds_arrive(folder: Path) -> None:
-    grid = np.arange(12.0).reshape(3, 4)
-    record = np.array([(7, [0.1, 0.2, 0.3])], RECORD)
-    sources = (grid, np.asfortranarray(grid), np.arange(48.0).reshape(6, 8)[::-2, ::2], _read_only(grid))
-    choices = (Choices(None, None), Choices(True, None), Choices(None, True), Choices(True, True))
-    native = kernel(mixed)
-    for source, choice in zip(sources, choices, strict=True):
-        expected, found = np.zeros(3), np.zeros(6)[::2]
-        mixed(source, record.view(np.recarray), 3, 0.5, choice, expected)
-        native(source, record, 3, 0.5, choice, found)
-        np.testing.assert_allclose(found, expected, rtol=1e-15)
-    assert len(list(folder.glob("mixed-*.o"))) == len(choices)
+def doubled() -> list[float]:
+    values = np.ones(2)
+    kernel(twice)(values)
+    return values.tolist()
 
 
 def test_damaged_machine_code_is_not_run_but_made_again(folder: Path) -> None:
-    def results() -> NDArray[Any]:
-        total = np.zeros(3)
-        record = np.array([(7, [0.1, 0.2, 0.3])], RECORD)
-        kernel(mixed)(np.ones((3, 4)), record, 3, 2.0, Choices(None, None), total)
-        return total
-
-    expected = results()
+    assert doubled() == [2.0, 2.0]
     (file,) = folder.iterdir()
     whole = file.read_bytes()
     flipped = bytes([whole[0] ^ 1]) + whole[1:], whole[:-9] + bytes([whole[-9] ^ 1]) + whole[-8:]
     for damage in (whole[:-1], b"", *flipped):
         file.write_bytes(damage)
-        np.testing.assert_array_equal(results(), expected)
+        assert doubled() == [2.0, 2.0]
         assert file.read_bytes() != damage
     assert list(folder.iterdir()) == [file]
 
@@ -132,14 +87,12 @@ PLANTED = [_give_away, _let_the_group_write, _put_aside]
 
 @pytest.mark.parametrize(("plant", "factor"), [(lambda path: None, 3.0), *((each, 2.0) for each in PLANTED)])
 def test_code_that_others_may_have_written_is_not_run(plant, factor, folder):
-    for function in (in_place, thrice):
-        kernel(function)(np.ones((2, 2)))
-    (own,), (other,) = folder.glob("in_place-*.o"), folder.glob("thrice-*.o")
+    for function in (twice, thrice):
+        kernel(function)(np.ones(2))
+    (own,), (other,) = folder.glob("twice-*.o"), folder.glob("thrice-*.o")
     own.write_bytes(other.read_bytes())
     plant(own)
-    values = np.ones((2, 2))
-    kernel(in_place)(values)
-    np.testing.assert_array_equal(values, factor)
+    assert doubled() == [factor, factor]
 
 
 def _refuse(path: Path) -> None:
@@ -162,27 +115,60 @@ def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(plant, tmp_p
     plant(own)
     assert find("simulation") is None
     monkeypatch.setattr(object_code, "cache_directory", find)
-    values = np.ones((2, 2))
-    kernel(in_place)(values)
-    np.testing.assert_array_equal(values, 2.0)
+    assert doubled() == [2.0, 2.0]
     assert [path.name for path in tmp_path.iterdir()] == ["cache"]
     assert not list(tmp_path.rglob("*.o"))
 
 
-LATER = """
-import sys
-from hydrofdi.simulation.batch import simulate_batch
-from tests.machines import machine
-run = machine({}, %r)
-print(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1].hex())
-print("numba" in sys.modules)
-"""
+OPERATIONS = {
+    "arithmetic": lambda x, y: (x + y) * (x - 2.0) / (3.0 + y * y) - -x,
+    "roots": lambda x, y: np.copysign(np.sqrt(np.abs(x)), y) + np.floor(x) + np.rint(y),
+    "limits": lambda x, y: np.minimum(np.maximum(x, -1.0), y),
+    "choice": lambda x, y: np.where((x >= y) & (x > 0.0), x, np.where(x == y, 1.0, np.where(x < y, y, -y))),
+    "bits": lambda x, y: (((x.view(np.int64) >> 52) << 3) - 7 + y.view(np.int64) * 0) % 1000 // 3 * 1.0,
+    "order": lambda x, y: np.where(x <= 0.5, y, x),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("base", [{}, LOOP], ids=["paper", "loop"])
-def test_a_later_process_gets_the_same_bits_without_numba(base: dict[str, Any]) -> None:
-    pressure = float(simulate_batch([machine({}, base)], [1e-9]).chamber_1_pressure[0, -1])
-    done = subprocess.run(
-        [sys.executable, "-c", LATER % base], capture_output=True, text=True, check=True, cwd=REPOSITORY
-    )
-    assert done.stdout.split() == [pressure.hex(), "False"]
+@pytest.mark.parametrize("name", OPERATIONS)
+@pytest.mark.usefixtures("folder")
+def test_each_recorded_operation_gives_what_numpy_gives(name: str) -> None:
+    operation = OPERATIONS[name]
+
+    def fill(x, y, results):
+        for k in each(x.shape[0]):
+            results[k] = operation(x[k], y[k])
+
+    x, y = np.abs(np.random.default_rng(1).normal(0.0, 2.0, (2, 500)))
+    x[::7] = y[::7]
+    x[3] = np.nan if name == "limits" else 1.0  # of both operands of a limit, the first remains NaN
+    signs = np.ones(500) if name == "bits" else np.where(np.arange(500) % 3, 1.0, -1.0)
+    results = np.empty(500)
+    recorded_kernel(fill)(x * signs, y, results)
+    np.testing.assert_allclose(results, operation(x * signs, y), rtol=1e-14, atol=1e-14)
+
+
+def test_each_value_of_an_option_has_its_machine_code_by_its_place_and_numbers_share_it(folder: Path) -> None:
+    def scaled(values, factor, first, second):
+        values[0] = (
+            factor * values[0] + (1.0 if first == "more" else 0.0) + (9.0 if second == "more" else 0.0)
+        )
+
+    scale, values = recorded_kernel(scaled), np.ones(1)
+    for given in (2.0, "more", None), (3.0, "more", None), (0.5, None, None), (1.0, None, "more"):
+        scale(values, *given)
+    assert values[0] == 14.0
+    assert len(list(folder.glob("scaled-*.o"))) == 3
+    with pytest.raises(IndexError):
+        recorded_kernel(lambda values: values.__setitem__(-1, 1.0))(values)
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("branching", [lambda x: 1.0 if x > 0.0 else 0.0, lambda x: min(x, 1.0)])
+def test_a_branch_on_a_symbol_is_refused(branching) -> None:
+    def fill(values):
+        values[0] = branching(values[0])
+
+    with pytest.raises(TypeError):
+        recorded_kernel(fill)(np.ones(1))
+    assert list(each(2)) == [0, 1]

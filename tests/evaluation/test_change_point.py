@@ -6,47 +6,11 @@ import pytest
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.change_point import AFTER, FEWEST, LAWS, ChangePointModel, Draws, grown, inliers
 from hydrofdi.evaluation.scores import Estimate
+from tests.evaluation import wear
 from tests.evaluation.repeats import holds_at_least, holds_in
 
 N_DAY = 40
 DAYS = np.arange(float(N_DAY))
-GROWTH = {
-    "linear": lambda share: share,
-    "accelerating, s^2.5": lambda share: share**2.5,
-    "accelerating, exp 3s": lambda share: np.expm1(3.0 * share) / np.expm1(3.0),
-    "sudden": lambda share: np.where(share > 0.0, 1.0, 0.0),
-}
-"""Growth over the share of the time from the onset to the end; both that accelerate are none of the model."""
-
-
-def spread(random, n_day, correlation, white=0.0):
-    """Spread from day to day with standard deviation 1, of which a share is not correlated."""
-    innovations = random.standard_normal(n_day)
-    found = innovations[:1]
-    for own in innovations[1:]:
-        found = np.append(found, correlation * found[-1] + np.sqrt(1.0 - correlation**2) * own)
-    return np.sqrt(1.0 - white) * found + np.sqrt(white) * random.standard_normal(n_day)
-
-
-def worn(seed, n_day, law, correlation=0.0):
-    """Scores of a seal that wears; onset, a limit, and when the level reaches it [days].
-
-    It grows by 6 to 15 deviations from an onset in the middle three fifths on, and reaches the limit in the
-    last third of the growth or after the end, also beyond the horizon; a sudden one at once, or never.
-    """
-    random = np.random.default_rng(seed)
-    end, onset, growth = n_day - 1.0, random.uniform(0.2, 0.8) * n_day, random.uniform(6.0, 15.0)
-
-    def level(day):
-        return growth * GROWTH[law](np.maximum(day - onset, 0.0) / (end - onset))
-
-    if law == "sudden":
-        limit = growth * random.choice([0.5, 1.5])
-        reached = onset if limit < growth else np.inf
-    else:
-        at = random.uniform(end - 0.3 * (end - onset), end + 1.2 * (end - onset))
-        limit, reached = level(at), at if at <= 2.0 * end else np.inf
-    return level(np.arange(float(n_day))) + spread(random, n_day, correlation), onset, limit, reached
 
 
 @pytest.fixture(scope="module")
@@ -55,24 +19,30 @@ def model():
 
 
 @pytest.mark.parametrize(
-    "noise", [(0.0,), (0.95,), *(pytest.param(each, marks=pytest.mark.long) for each in ((0.5,), (0.8, 0.3)))]
-)
+    "noise",
+    [
+        "independent", "AR(1) 0.95", *(pytest.param(noise, marks=pytest.mark.long)
+        for noise in ("AR(1) 0.5", "AR(1) 0.8 and 30 % white")),
+    ],
+)  # fmt: skip
 def test_a_healthy_machine_rarely_has_a_trend(model, noise):
-    scores = (spread(np.random.default_rng(seed), N_DAY, *noise) for seed in range(50))
+    scores = (wear.spread(np.random.default_rng(seed), N_DAY, *wear.NOISES[noise]) for seed in range(50))
     found = sum(model.p_value(each, 199) <= 0.05 for each in scores)
     assert found <= 7  # 1 in 1000 if the rate is 5 %
 
 
-@pytest.mark.parametrize("law", GROWTH)
+@pytest.mark.parametrize("law", wear.LAWS)
 def test_a_clear_growth_is_found_and_onset_and_limit_lie_in_their_intervals(model, law):
-    assert model.p_value(worn(1, N_DAY, law)[0], 199) <= 0.01
+    assert model.p_value(wear.worn(1, N_DAY, law, "independent").scores, 199) <= 0.01
     n_repeat, n_onset, n_limit = 60, 0, 0
     for seed in range(n_repeat):
-        scores, onset, limit, reached = worn(seed, N_DAY, law, 0.5)
-        draws = model.draws(scores, 1000)
-        since, until = (Estimate.of(each, 0.9, draws.spacing) for each in (draws.onset, draws.reached(limit)))
-        n_onset += since.low <= onset <= since.high
-        n_limit += until.low <= reached <= until.high
+        truth = wear.worn(seed, N_DAY, law, "AR(1) 0.5")
+        draws = model.draws(truth.scores, 1000)
+        since, until = (
+            Estimate.of(each, 0.9, draws.spacing) for each in (draws.onset, draws.reached(truth.limit))
+        )
+        n_onset += since.low <= truth.onset <= since.high
+        n_limit += until.low <= truth.reached <= until.high
     assert holds_at_least(n_onset, n_repeat, 0.9)
     assert holds_at_least(n_limit, n_repeat, 0.9)
 

@@ -61,15 +61,15 @@ def test_onsets_are_evenly_spread_also_over_gaps_and_short_histories_have_none()
 def test_intervals_are_no_wider_than_they_need_to_be(model):
     covered = 0
     for seed in range(100):
-        scores, _, limit, reached = worn(seed, N_DAY, "sudden", 0.5)
-        growth = limit / (0.5 if np.isfinite(reached) else 1.5)
-        found = Estimate.of(model.draws(scores, 1000).growth, 0.8)
+        truth = wear.worn(seed, N_DAY, "sudden", "AR(1) 0.5")
+        growth = truth.limit / (0.5 if np.isfinite(truth.reached) else 1.5)
+        found = Estimate.of(model.draws(truth.scores, 1000).growth, 0.8)
         covered += found.low <= growth <= found.high
     assert holds_in(covered, 100, 0.8)
 
 
 def test_statements_do_not_depend_on_the_unit_or_the_zero_of_the_score(model):
-    scores = worn(3, N_DAY, "linear", 0.5)[0]
+    scores = wear.worn(3, N_DAY, "linear", "AR(1) 0.5").scores
     other = 1e-6 * (scores + 7.0)
     assert model.p_value(other, 199) == model.p_value(scores, 199)
     np.testing.assert_allclose(model.draws(other).level, 1e-6 * (model.draws(scores).level + 7.0), rtol=1e-9)
@@ -91,7 +91,7 @@ def test_the_level_reaches_the_limit_when_it_is_said_to_and_at_the_stated_rate()
 
 
 def test_single_outliers_are_left_out_and_a_lasting_change_is_not():
-    scores = worn(4, N_DAY, "sudden")[0]
+    scores = wear.worn(4, N_DAY, "sudden", "independent").scores
     scores[[5, 17, 39]] += [30.0, -25.0, 40.0]
     assert np.flatnonzero(~inliers(scores)).tolist() == [5, 17, 39]
 
@@ -99,7 +99,7 @@ def test_single_outliers_are_left_out_and_a_lasting_change_is_not():
 def test_the_evidence_of_a_change_is_its_integral_over_the_growth(model):
     """For changes that differ in law and onset, against that of no change in what the growth leaves."""
     scores, growths, changes = (
-        worn(7, N_DAY, "linear")[0],
+        wear.worn(7, N_DAY, "linear", "independent").scores,
         np.linspace(-200.0, 200.0, 4001),
         [3, 50, 120, 200],
     )

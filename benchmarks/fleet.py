@@ -33,9 +33,9 @@ from typing import IO, Any
 import numpy as np
 
 from benchmarks.monitor import FREQUENCY, N_SAMPLE, WINDOW, Healthy, signals
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.file import Made, detector_text
-from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.file import Made, detector_text
+from hydrofdi.detectors.training import train
 from hydrofdi.monitor.configuration import load_fleet_config
 from hydrofdi.records import Array, Channel
 

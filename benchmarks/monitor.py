@@ -19,12 +19,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.file import DetectorFile, Made
-from hydrofdi.detectors.trained.lines import Line, WindowLine
-from hydrofdi.detectors.trained.scoring import windows_along
-from hydrofdi.detectors.trained.training import train
-from hydrofdi.detectors.trained.verdicts import records_of
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.file import DetectorFile, Made
+from hydrofdi.detectors.lines import Line, WindowLine
+from hydrofdi.detectors.scoring import windows_along
+from hydrofdi.detectors.training import train
+from hydrofdi.detectors.verdicts import records_of
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator

@@ -15,9 +15,9 @@ from functools import partial
 import numpy as np
 from scipy.stats import norm
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.file import Made
+from hydrofdi.detectors.training import train
 from tests.detectors.trained.healthy import Records, autoregressive, grouped
 
 Draw = Callable[[np.random.Generator], np.ndarray]

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors.trained import configuration
-from hydrofdi.detectors.trained.detector import Detector as TrainedDetector
-from hydrofdi.detectors.trained.detector import Tally, judged_windows
-from hydrofdi.detectors.trained.file import DetectorFile, Made, detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
-from hydrofdi.detectors.trained.windows import watched, windows_table
+from hydrofdi.detectors import configuration
+from hydrofdi.detectors.detector import Detector as TrainedDetector
+from hydrofdi.detectors.detector import Tally, judged_windows
+from hydrofdi.detectors.file import DetectorFile, Made, detector_text, is_detector, load_detector
+from hydrofdi.detectors.promise import alarms_per_hour, promise_text, sentences
+from hydrofdi.detectors.windows import watched, windows_table
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel
@@ -442,14 +442,14 @@ def train(
     Traceback (most recent call last):
     hydrofdi.errors.NotStatedError: ... needs 99 healthy windows ...
     """
-    from hydrofdi.detectors.trained.configuration import (
+    from hydrofdi.detectors.configuration import (
         config_of,
         options_of_machine,
         require_same_score,
         setting_keys,
     )
-    from hydrofdi.detectors.trained.file import fleet_at
-    from hydrofdi.detectors.trained.training import train as train_on
+    from hydrofdi.detectors.file import fleet_at
+    from hydrofdi.detectors.training import train as train_on
 
     is_name = isinstance(indicator, str) and not located(path_of(indicator)).is_file()
     if indicator is not None and config is None and not is_name:

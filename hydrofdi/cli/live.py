@@ -21,8 +21,8 @@ from hydrofdi.errors import ConfigError, interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.detectors.trained.detector import JudgedWindow, Tally
-    from hydrofdi.detectors.trained.file import DetectorFile
+    from hydrofdi.detectors.detector import JudgedWindow, Tally
+    from hydrofdi.detectors.file import DetectorFile
 
 INTERRUPTED = 130
 
@@ -73,7 +73,7 @@ def train(
 def train_options() -> dict[str, Any]:
     """The options of `train` that follow from the configuration of a detector."""
     from hydrofdi.cli.options import options_of
-    from hydrofdi.detectors.trained.configuration import DetectorConfig, setting_keys
+    from hydrofdi.detectors.configuration import DetectorConfig, setting_keys
 
     return options_of(DetectorConfig, setting_keys())
 
@@ -92,7 +92,7 @@ def detect(
 
     Exit code 1 if a record has no window that is judged or novel, and on an alarm with --fail-on-alarm.
     """
-    from hydrofdi.detectors.trained.windows import csv_lines, json_parts
+    from hydrofdi.detectors.windows import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
     tally = hydrofdi.Detector.load(detector).windows(sources, **settings)
@@ -107,7 +107,7 @@ def detect(
 
 def _windows(tally: Tally) -> Iterator[Any]:
     """The first windows, in order; of many, alarms first, then other scores beyond a limit."""
-    from hydrofdi.detectors.trained.windows import windows_table
+    from hydrofdi.detectors.windows import windows_table
 
     def place(row: tuple[int, JudgedWindow]) -> tuple[bool, bool, int]:
         return not row[1].alarm, not row[1].verdict.is_beyond, row[0]

@@ -14,7 +14,7 @@ import typer.main
 
 import hydrofdi
 from hydrofdi.cli.app import application
-from hydrofdi.detectors.trained.configuration import setting_keys
+from hydrofdi.detectors.configuration import setting_keys
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.shards import content_digest
 from hydrofdi.tables.table import Column, Table

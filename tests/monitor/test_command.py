@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from hydrofdi.detectors.trained.file import load_detector
+from hydrofdi.detectors.file import load_detector
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import Ending

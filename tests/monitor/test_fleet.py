@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.api.streams import monitor_fleet
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.file import detector_text
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import detector_text
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor import machines as machines_module
 from hydrofdi.monitor.configuration import MonitorConfig, Pattern, load_fleet_config

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.detectors.trained.lines import WindowLine
+from hydrofdi.detectors.lines import WindowLine
 from hydrofdi.errors import StoreError, interruption
 from hydrofdi.monitor import growing_file, loop
 from hydrofdi.monitor.configuration import MonitorConfig

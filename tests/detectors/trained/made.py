@@ -2,18 +2,10 @@
 
 import numpy as np
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig, TimedChart, feature_of
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.file import (
-    Basis,
-    ChartLimit,
-    DetectorFile,
-    Limits,
-    Made,
-    Scale,
-    detector_text,
-)
-from hydrofdi.detectors.trained.verdicts import channel_facts, learned_range
+from hydrofdi.detectors.configuration import DetectorConfig, TimedChart, feature_of
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import Basis, ChartLimit, DetectorFile, Limits, Made, Scale, detector_text
+from hydrofdi.detectors.verdicts import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 from tests.records.measuring import csv_of

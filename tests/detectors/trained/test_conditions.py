@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.lines import line_record
 from hydrofdi.detectors.rules import make_score
 from hydrofdi.detectors.scores.contract import cross_fitted_scores
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.lines import line_record
-from hydrofdi.detectors.trained.verdicts import Measured, coverage, outside, verdict_of
+from hydrofdi.detectors.verdicts import Measured, coverage, outside, verdict_of
 from hydrofdi.errors import Issue, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from tests.commands import run_hydrofdi

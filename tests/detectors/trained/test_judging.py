@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import Made
 from hydrofdi.detectors.rules import make_chart
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.training import train
-from hydrofdi.detectors.trained.verdicts import Verdict, channel_facts, findings, learned_range
+from hydrofdi.detectors.training import train
+from hydrofdi.detectors.verdicts import Verdict, channel_facts, findings, learned_range
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import indicator_names
 from hydrofdi.records import Channel, RecordBatch

@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import norm, t
 
 import hydrofdi
-from hydrofdi.detectors.trained.file import Fleet
-from hydrofdi.detectors.trained.limits import fleet_limits, fleet_of, posterior
+from hydrofdi.detectors.file import Fleet
+from hydrofdi.detectors.limits import fleet_limits, fleet_of, posterior
 from hydrofdi.errors import ConfigError, DataError, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hydrofdi.detectors.trained.promise import consequence
-from hydrofdi.detectors.trained.verdicts import Leak
+from hydrofdi.detectors.promise import consequence
+from hydrofdi.detectors.verdicts import Leak
 from tests.detectors.trained.made import detector
 
 FLOW = 1e-3 / 60.0  # 1 L/min

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.file import Made, detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.file import Made, detector_text, is_detector, load_detector
+from hydrofdi.detectors.training import train
 from hydrofdi.errors import ConfigError
 from tests.detectors.trained.healthy import Records
 

@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained.file import load_detector
+from hydrofdi.detectors.file import load_detector
 from tests.conftest import sweep_in
 from tests.records.measuring import csv_of
 

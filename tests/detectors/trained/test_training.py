@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import norm
 
 from hydrofdi.api.detector import Detector
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.detector import Detector as Trained
-from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.detector import Detector as Trained
+from hydrofdi.detectors.file import Made
+from hydrofdi.detectors.training import train
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.scores import Direction

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from hydrofdi.detectors.trained.file import LIKE, DetectorFile
-from hydrofdi.detectors.trained.verdicts import Leak, coverage
+from hydrofdi.detectors.file import LIKE, DetectorFile
+from hydrofdi.detectors.verdicts import Leak, coverage
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants

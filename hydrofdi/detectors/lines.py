@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.trained.verdicts import Verdict
+from hydrofdi.detectors.verdicts import Verdict
 from hydrofdi.records import Array
 from hydrofdi.records.streams import Chunk, Event, EventKind, State
 from hydrofdi.settings.messages import counted, plain

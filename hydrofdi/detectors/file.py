@@ -12,9 +12,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError
 
+from hydrofdi.detectors.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.detectors.rules import score_kind
 from hydrofdi.detectors.scores.contract import Fitted, from_data
-from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction

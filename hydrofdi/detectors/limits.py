@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.charts import FalseAlarms
+from hydrofdi.detectors.configuration import TimedChart
+from hydrofdi.detectors.file import ChartLimit, Fleet, Limits, Scale, TrainedScore
 from hydrofdi.detectors.rules import make_chart
 from hydrofdi.detectors.scores.contract import healthy_scale
-from hydrofdi.detectors.trained.configuration import TimedChart
-from hydrofdi.detectors.trained.file import ChartLimit, Fleet, Limits, Scale, TrainedScore
-from hydrofdi.detectors.trained.scoring import HealthyScores
-from hydrofdi.detectors.trained.verdicts import standardised
+from hydrofdi.detectors.scoring import HealthyScores
+from hydrofdi.detectors.verdicts import standardised
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS, alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.scores import Direction, comparable

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.trained.detector import Detector, JudgedWindow, Tally
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.lines import line_record
+from hydrofdi.detectors.detector import Detector, JudgedWindow, Tally
+from hydrofdi.detectors.file import DetectorFile
+from hydrofdi.detectors.lines import line_record
 from hydrofdi.errors import DataError
 from hydrofdi.records.columns import RejectionError
 from hydrofdi.records.memory import held, records_of

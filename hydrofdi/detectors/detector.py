@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.detectors import lines as stream_lines
+from hydrofdi.detectors import verdicts
+from hydrofdi.detectors.file import DetectorFile
+from hydrofdi.detectors.promise import Consequence, consequence
 from hydrofdi.detectors.rules import make_chart
-from hydrofdi.detectors.trained import lines as stream_lines
-from hydrofdi.detectors.trained import verdicts
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.promise import Consequence, consequence
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.rates import FEWEST_GROUPS, Rate, alarm_rate
 from hydrofdi.evaluation.scores import comparable

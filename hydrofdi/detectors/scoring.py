@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.trained import verdicts
-from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+from hydrofdi.detectors import verdicts
+from hydrofdi.detectors.configuration import DetectorConfig, feature_of
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.indicators.faults import OF_LEAKS
 from hydrofdi.indicators.measuring import spool_remedy

@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.rules import OF_ONE, ScoreConfig, make_score
-from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
-from hydrofdi.detectors.trained import configuration
-from hydrofdi.detectors.trained.file import Basis, DetectorFile, Made, TrainedScore
-from hydrofdi.detectors.trained.limits import (
+from hydrofdi.detectors import configuration
+from hydrofdi.detectors.file import Basis, DetectorFile, Made, TrainedScore
+from hydrofdi.detectors.limits import (
     N_PIECE,
     chart_limit,
     chart_of,
@@ -23,8 +21,10 @@ from hydrofdi.detectors.trained.limits import (
     scale_of,
     with_allowance,
 )
-from hydrofdi.detectors.trained.scoring import HealthyScores
-from hydrofdi.detectors.trained.verdicts import TEMPERATURE, learned_range, standardised
+from hydrofdi.detectors.rules import OF_ONE, ScoreConfig, make_score
+from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
+from hydrofdi.detectors.scoring import HealthyScores
+from hydrofdi.detectors.verdicts import TEMPERATURE, learned_range, standardised
 from hydrofdi.errors import DataError, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import WindowOptions

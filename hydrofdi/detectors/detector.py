@@ -1,25 +1,40 @@
-"""A trained detector: scores of windows, lines of a stream, and windows of records, judged and counted."""
+"""A detector: fitted to healthy records, it scores windows, and steps through the samples of a stream."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from itertools import chain
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 
 from hydrofdi.detectors import lines as stream_lines
 from hydrofdi.detectors import verdicts
-from hydrofdi.detectors.file import DetectorFile
-from hydrofdi.detectors.promise import Consequence, consequence
-from hydrofdi.detectors.rules import make_chart
-from hydrofdi.errors import Issue
-from hydrofdi.evaluation.rates import FEWEST_GROUPS, Rate, alarm_rate
-from hydrofdi.evaluation.scores import comparable
-from hydrofdi.records import RecordBatch
+from hydrofdi.detectors.configuration import DetectorConfig, stated_indicators
+from hydrofdi.detectors.file import DetectorFile, Made
+from hydrofdi.detectors.limits import (
+    chart_limit,
+    chart_of,
+    fleet_limits,
+    fleet_of,
+    limits_of,
+    scale_of,
+    with_allowance,
+)
+from hydrofdi.detectors.lines import ChartReading, Line, WindowLine
+from hydrofdi.detectors.promise import consequence
+from hydrofdi.detectors.rules import OF_ONE, make_chart
+from hydrofdi.detectors.training import HealthyScores, drive_of, with_score
+from hydrofdi.errors import DataError, NotStatedError
+from hydrofdi.indicators.measuring import output_unit
+from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
+from hydrofdi.records import RecordSource
 from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, Joining, State, Window
+from hydrofdi.version import __version__
 
 NUMBER = "judging.number"
 """Key of the number of the next window in a state."""
@@ -42,16 +57,140 @@ class Detector:
     ----------
     file : DetectorFile
         Indicator, limits and what its promise rests on, in SI.
+    path : Path or None
+        Its file; None if it is not saved.
     """
 
-    def __init__(self, file: DetectorFile) -> None:
-        self.file = file
+    def __init__(self, file: DetectorFile, path: Path | None = None) -> None:
+        self.file, self.path = file, path
         frequency, channels, window = file.sampling_frequency, file.channels, file.config.window
         self._joining, self._stream = Joining(frequency, channels), EvenStream(frequency, channels)
         self._windower = window.windower(file.n_sample, channels, frequency, file.drive)
         self._patience = PATIENCE * math.ceil(file.n_sample / file.n_every)
         chart = file.config.chart
         self._chart = None if chart is None else make_chart(chart.chart, chart.options)
+
+    @classmethod
+    def fit(
+        cls,
+        healthy: RecordSource,
+        config: DetectorConfig,
+        *,
+        sources: Sequence[str] = (),
+        faulty: RecordSource | None = None,
+        fleet: Detector | None = None,
+        is_measured: bool = False,
+        command: str = "",
+    ) -> Self:
+        """Train a detector on healthy records.
+
+        Parameters
+        ----------
+        healthy : RecordSource
+            Only healthy records; the groups of their batches identify dependent records. They are read twice
+            if windows start with cycles.
+        config : DetectorConfig
+            What is asked of it; its file contains this with all defaults.
+        sources : sequence of str, optional
+            Names of the sources; by default that of `healthy`.
+        faulty : RecordSource, optional
+            Only faulty records, for scores that learn from them too.
+        fleet : Detector, optional
+            Detector of a fleet. Its score is used as it is; with `config` of the same score, its summary
+            makes up for healthy windows that are too few.
+        is_measured : bool
+            Whether a machine was measured: then the limit of a flow allows for warmer oil, if its
+            temperature is not known.
+        command : str
+            The command that the file states as its origin.
+
+        Raises
+        ------
+        ConfigError
+            The indicator has no such output, no direction is stated and the output does not declare one, or
+            windows are not valid.
+        DataError
+            The records lack a channel, or differ in sampling or length, or estimates are physically
+            impossible in most windows.
+        NotStatedError
+            There are too few records for the false-alarm rate; the message states how many are needed.
+        """
+        window, sheet = config.window, healthy.data_sheet
+        drive = drive_of(healthy, window.channel) if window.by == "cycle" else None
+        batches = (batch for batch in healthy.batches(labels=True) if batch.n_record)
+        if (first := next(batches, None)) is None:
+            raise NotStatedError(f"{healthy.name}: no healthy record")
+        known = None if fleet is None else fleet.file
+        fleet_name = fleet.path.name if fleet and fleet.path else ""
+        if known is not None and first.sampling_frequency != known.sampling_frequency:
+            found, wanted = first.sampling_frequency, known.sampling_frequency
+            raise DataError(f"{healthy.name}: is sampled at {found:g} Hz, but {fleet_name} at {wanted:g} Hz")
+        scored = HealthyScores(config if known else with_score(config, first), first, drive)
+        scored.read(chain([first], batches))
+        score = scored.learn(None if config.score is None else faulty, known and known.score)
+        scored.require_scores(healthy.name)
+        config, feature, chart, others = scored.config, scored.feature, chart_of(scored), ""
+        try:
+            limits = limits_of(scored, has_chart=chart is not None)
+            scale = scale_of(scored.scores)
+            if is_measured and verdicts.TEMPERATURE not in scored.channels and config.compensate:
+                limits, score = with_allowance(limits, score, scored)
+        except NotStatedError:
+            if known is None or known.fleet is None or config.threshold != "quantile":
+                raise
+            rate, confidence = config.false_alarm_rate, config.confidence
+            limits, scale = fleet_limits(scored.scores, known.fleet, scored.direction, rate, confidence)
+            others = f"{fleet_name}, {known.fleet.n_machine} machines"
+        duration, period = scored.duration, window.every or (scored.duration if window.by == "time" else None)
+        in_full: dict[str, Any] = {
+            "direction": scored.direction,
+            "chart": chart,
+            "window": window.model_copy(update={"duration": duration, "every": period}),
+        }
+        if config.score is None:
+            in_full["options"] = feature.indicator.options.model_dump(mode="json")
+            in_full["output"] = feature.label.removeprefix(f"{config.indicator}.")
+        else:
+            in_full["indicators"] = stated_indicators(feature.indicators, in_full=True)
+        used = feature if score is None else feature.of(score.numbers)
+        options = [each.options for each in feature.indicators.values()]
+        stated = {name for each in options for name in sheet_constants(each)}
+        doubts = {(doubt.where, doubt.kind) for each in scored.complete for doubt in each.doubts}
+        fits = {name: [each.possible[1] or 0.0] for name, each in used.outputs.items() if each.is_fit}
+        for name, values in fits.items():
+            values += [each.fits[name] for each in scored.complete]
+            values += [] if known is None else [known.fits.get(name, values[0])]
+        has_unit = config.score is None or config.score.kind in OF_ONE
+        time = datetime.now(UTC).isoformat(timespec="seconds")
+        file = DetectorFile(
+            made=Made(hydrofdi=__version__, time=time, command=command),
+            config=config.model_copy(update=in_full),
+            assumed=tuple(dict.fromkeys(name for each in options for name in constants_not_given(each))),
+            data_sheet={name: value for name, value in sheet.items() if name in stated},
+            indicator_versions={label: each.version for label, each in used.indicators.items()},
+            score=score,
+            unit=output_unit(feature.indicator, feature.described, first) if has_unit else "1",
+            channels=scored.channels,
+            sampling_frequency=first.sampling_frequency,
+            n_sample=scored.n_sample,
+            basis=scored.basis(sources or (healthy.name,), scale, others),
+            fleet=fleet_of(scored.scores, scored.of_scores),
+            healthy=scale,
+            limits=limits,
+            chart=None if chart is None else chart_limit(scored, chart, scale),
+            ranges={
+                channel: verdicts.learned_range(channel, facts) for channel, facts in scored.facts.items()
+            },
+            conditions=scored.conditions,
+            positive=tuple(
+                name
+                for name, each in used.outputs.items()
+                if each.is_positive and (name, "not_positive") not in doubts
+            ),
+            fits={name: max(values) for name, values in fits.items()},
+            drive=drive,
+        )
+        return cls(file)
 
     def score(self, windows: Sequence[Window]) -> list[verdicts.Verdict]:
         """Judge windows by themselves.
@@ -97,7 +236,7 @@ class Detector:
         joining = self._joining.start() if may_repeat else parts["joining"]
         return _flat({**parts, "joining": joining, "stream": stream})
 
-    def step(self, state: State, chunk: Chunk) -> tuple[State, list[stream_lines.Line]]:
+    def step(self, state: State, chunk: Chunk) -> tuple[State, list[Line]]:
         """Judge the next samples of a stream.
 
         Parameters
@@ -119,7 +258,7 @@ class Detector:
         lines = self._checked(parts, chunk)
         return _flat(parts), lines
 
-    def end(self, state: State) -> tuple[State, list[stream_lines.Line]]:
+    def end(self, state: State) -> tuple[State, list[Line]]:
         """The lines at the end of a stream: counts that were not reported, and ends of episodes."""
         parts = _parts(state)
         parts["joining"], rest = self._joining.step(parts["joining"], Chunk(np.empty(0), {}), is_end=True)
@@ -128,7 +267,7 @@ class Detector:
         ends, parts["episodes"] = stream_lines.ended(parts["episodes"]), stream_lines.NO_EPISODES
         return _flat(parts), [*lines, *sums, *ends]
 
-    def _checked(self, parts: dict[str, State], chunk: Chunk) -> list[stream_lines.Line]:
+    def _checked(self, parts: dict[str, State], chunk: Chunk) -> list[Line]:
         """Lines of joined samples."""
         return [line for stepped in self._alone(parts, chunk) for line in self._follow(parts, stepped)]
 
@@ -147,30 +286,30 @@ class Detector:
         else:
             yield stepped
 
-    def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[stream_lines.Line]:
+    def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[Line]:
         """Lines of checked samples."""
         parts["stream"], pieces, defects = stepped
         parts["defects"], events = stream_lines.noted(parts["defects"], pieces, defects)
-        lines: list[stream_lines.Line] = [*events]
+        lines: list[Line] = [*events]
         for piece in pieces:
             parts["judging"], judged = self._windows(parts["judging"], piece)
             for window in judged:
                 lines += self._lines(parts, window)
         return lines
 
-    def _windows(self, state: State, piece: Chunk) -> tuple[State, list[stream_lines.WindowLine]]:
+    def _windows(self, state: State, piece: Chunk) -> tuple[State, list[WindowLine]]:
         """The state after a piece, and the windows that ended in it."""
-        file, lines = self.file, list[stream_lines.WindowLine]()
+        file, lines = self.file, list[WindowLine]()
         n_at_once = file.n_every * max(1, MOST_SAMPLES // (file.n_sample * len(file.channels)))
         for first in range(0, piece.n_time, n_at_once):
             state, windows = self._windower.step(state, piece.part(first, first + n_at_once))
             lines += [
-                stream_lines.WindowLine(each.number, float(each.time[0]), float(each.time[-1]), verdict)
+                WindowLine(each.number, float(each.time[0]), float(each.time[-1]), verdict)
                 for each, verdict in zip(windows, self.score(windows), strict=True)
             ]
         return state, lines
 
-    def _lines(self, parts: dict[str, State], window: stream_lines.WindowLine) -> list[stream_lines.Line]:
+    def _lines(self, parts: dict[str, State], window: WindowLine) -> list[Line]:
         """The line of a window, and the events that it causes."""
         verdict = window.verdict
         parts["chart"], reading = self._reading(parts["chart"], verdict)
@@ -181,13 +320,11 @@ class Detector:
         )
         if alarm is not None and alarm.kind is EventKind.ALARM_RAISED:
             n_judged, n_alarm = (int(parts["conditions"][name]) for name in ("n_judged", "n_alarm"))
-            outcome = consequence(self.file, n_judged, n_alarm, verdict.leak, verdict.margin)
-            alarm = replace(alarm, text=f"{alarm.text}; {outcome.sentences}", details=outcome.to_dict())
+            text, details = consequence(self.file, n_judged, n_alarm, verdict.leak, verdict.margin)
+            alarm = replace(alarm, text=f"{alarm.text}; {text}", details=details)
         return [replace(window, condition=condition), *events, *filter(None, [alarm])]
 
-    def _reading(
-        self, state: State, verdict: verdicts.Verdict
-    ) -> tuple[State, stream_lines.ChartReading | None]:
+    def _reading(self, state: State, verdict: verdicts.Verdict) -> tuple[State, ChartReading | None]:
         """The chart after a window; one that is not judged does not change it."""
         if self._chart is None or self.file.chart is None:
             return state, None
@@ -196,9 +333,7 @@ class Detector:
         after, statistic = self._chart.step(state, score.reshape(1, 1), self.file.chart.limit)
         value = float(statistic[0, 0])
         is_alarm = value >= self.file.chart.limit
-        return after, stream_lines.ChartReading(
-            None if math.isnan(value) else value, self.file.chart.limit, is_alarm
-        )
+        return after, ChartReading(None if math.isnan(value) else value, self.file.chart.limit, is_alarm)
 
 
 def _flat(parts: Mapping[str, State]) -> State:
@@ -211,181 +346,3 @@ def _parts(state: State) -> dict[str, State]:
         part, _, name = key.partition(".")
         parts.setdefault(part, {})[name] = array
     return dict[str, State](parts)
-
-
-_RATE = 0.01
-"""Share of the sampling frequency that a record may differ."""
-
-_SAID_OF_WINDOWS = ("missing", "stuck", "gap")
-"""Remarks on whole records that windows have as faults of their own."""
-
-
-@dataclass(frozen=True)
-class JudgedWindow(stream_lines.WindowLine):
-    """A window of a record, as the line of a monitor which is given the record as a stream by itself; or a
-    record without any window, with a negative number and the reason as its fault. ``label``: condition of the
-    record, where it is known.
-    """
-
-    record_id: str = ""
-    source: str = ""
-    group: str = ""
-    label: str = ""
-
-
-def judged_windows(detector: Detector, batch: RecordBatch) -> Iterator[JudgedWindow]:
-    """Every window of records."""
-    for record in batch.rejected:
-        rejection = Issue(record.remark.message, kind=record.remark.kind)
-        yield _without(rejection, record_id=record.record_id, source=record.source, group=record.group)
-    for row in range(batch.n_record):
-        named: dict[str, Any] = {
-            "record_id": batch.record_ids[row], "source": batch.sources[row], "group": batch.groups[row],
-            "label": batch.labels[row] if batch.labels else "",
-        }  # fmt: skip
-        fault = _forbidden(detector.file, batch, row)
-        lines = [] if fault else _lines(detector, batch, row)
-        yield from (JudgedWindow(**vars(line), **named) for line in lines)
-        if not lines:
-            yield _without(fault or _without_windows(detector.file, batch), **named)
-
-
-def _without(fault: Issue, **named: Any) -> JudgedWindow:
-    """A record without any window."""
-    return JudgedWindow(-1, math.nan, math.nan, verdicts.Verdict(fault=fault), **named)
-
-
-def _lines(detector: Detector, records: RecordBatch, row: int) -> list[stream_lines.WindowLine]:
-    samples = {channel: values[row] for channel, values in records.channels.items()}
-    _, told = detector.step(detector.start(), Chunk(records.time, samples))
-    lines = [line for line in told if isinstance(line, stream_lines.WindowLine)]
-    for remark in records.remarks[row]:
-        if remark.kind == "unended" and lines and lines[-1].end == records.time[-1]:
-            doubt = "; ".join(filter(None, (lines[-1].verdict.doubt, remark.message)))
-            lines[-1] = replace(lines[-1], verdict=replace(lines[-1].verdict, doubt=doubt))
-    return lines
-
-
-def _forbidden(file: DetectorFile, records: RecordBatch, row: int) -> Issue | None:
-    """Why a record cannot be taken for a stream of the detector."""
-    if missing := [channel for channel in file.channels if channel not in records.channels]:
-        unused = [remark.message for remark in records.remarks[row] if remark.kind == "unused"]
-        return Issue("; ".join([f"has no {' and no '.join(missing)}", *unused]), kind="missing_channel")
-    if abs(records.sampling_frequency / file.sampling_frequency - 1.0) > _RATE:
-        rates = f"{records.sampling_frequency:.4g} Hz instead of {file.sampling_frequency:.4g} Hz"
-        return Issue(f"is sampled at {rates}", kind="other_rate")
-    if obstacle := verdicts.without_scale(records, file.channels):
-        return Issue(obstacle, kind="no_scale")
-    for remark in records.remarks[row]:
-        concerns = not remark.where or remark.where in file.channels
-        if remark.is_unusable and concerns and remark.kind not in _SAID_OF_WINDOWS:
-            return Issue(remark.message, kind=remark.kind)
-    return None
-
-
-def _without_windows(file: DetectorFile, records: RecordBatch) -> Issue:
-    lasts, window = f"lasts {records.duration:.4g} s", file.config.window
-    duration = f"{file.n_sample / file.sampling_frequency:.4g} s"
-    if window.by == "cycle" and records.n_time >= file.n_sample:
-        return Issue(f"has no cycle: no {window.edge} edge of {window.channel} in time", kind="no_cycle")
-    return Issue(f"{lasts}, and a window {duration}", kind="short_record")
-
-
-class Tally:
-    """Windows on their way, counted.
-
-    ``faults``: kind → windows, or records without any, that were not judged, ``n_beyond`` of them with a
-    score beyond a limit all the same. ``n_doubtful`` judged ones, with the ``first_doubt``. ``unjudged``:
-    source and record of those of which nothing was judged nor novel, which is a finding → the first reason.
-    """
-
-    def __init__(self, file: DetectorFile, windows: Iterable[JudgedWindow]) -> None:
-        self.file, self._windows = file, windows
-        self.faults: Counter[str] = Counter()
-        self.n_beyond = self.n_doubtful = 0
-        self.first_doubt = ""
-        self.unjudged: dict[tuple[str, str], str] = {}
-        self._records: set[tuple[str, str]] = set()
-        self._judged: list[tuple[bool, str, str, int]] = []  # alarm, group, record and place in it
-        self._alarming: list[verdicts.Leak] = []
-        self._duration = file.n_sample / file.sampling_frequency
-        self._every = min(file.n_every / file.sampling_frequency, self._duration)
-
-    def __iter__(self) -> Iterator[JudgedWindow]:
-        for window in self._windows:
-            self._count(window)
-            yield window
-
-    def _count(self, window: JudgedWindow) -> None:
-        record, verdict = (window.source, window.record_id), window.verdict
-        if record not in self._records:
-            self._records.add(record)
-            self.unjudged[record] = verdict.fault.message if verdict.fault else ""
-        if verdict.fault is not None:
-            self.faults[verdict.fault.kind] += 1
-            self.n_beyond += bool(verdict.is_beyond)
-        if verdict.doubt:
-            self.n_doubtful += 1
-            self.first_doubt = self.first_doubt or verdict.doubt
-        if verdict.fault is None or verdict.fault.kind == "novel":
-            self.unjudged.pop(record, None)
-        if window.alarm is not None:
-            block = int(comparable(window.start / self._duration))
-            self._judged.append((window.alarm, window.group, " ".join(record), block))
-            if window.alarm and verdict.leak is not None:
-                self._alarming.append(verdict.leak)
-
-    @property
-    def n_record(self) -> int:
-        """Records, those among them that were rejected."""
-        return len(self._records)
-
-    @property
-    def n_judged(self) -> int:
-        """Windows that were judged."""
-        return len(self._judged)
-
-    @property
-    def n_alarm(self) -> int:
-        """Alarms."""
-        return sum(window[0] for window in self._judged)
-
-    @property
-    def hours(self) -> float:
-        """Time that was judged [h]: of overlapping windows, what each adds."""
-        return self.n_judged * self._every / 3600.0
-
-    @property
-    def rests_on(self) -> str | None:
-        """What the interval of the share takes as independent: ``groups`` or ``records``; ``windows`` that do
-        not overlap if these are too few; None if nothing is judged.
-        """
-        if self.n_group >= FEWEST_GROUPS:
-            return self.group_noun
-        return "windows" if self.n_judged else None
-
-    @property
-    def n_group(self) -> int:
-        """Groups of which something was judged; records if nobody stated groups."""
-        return len({group or record for _, group, record, _ in self._judged})
-
-    @property
-    def group_noun(self) -> str:
-        """What they are: ``groups`` or ``records``."""
-        return "groups" if any(window[1] for window in self._judged) else "records"
-
-    @property
-    def consequence(self) -> Consequence:
-        """What the alarms come to; the leak is their median."""
-        leak = verdicts.Leak(*np.median(self._alarming, axis=0).tolist()) if self._alarming else None
-        return consequence(self.file, self.n_judged, self.n_alarm, leak)
-
-    @property
-    def rate(self) -> Rate:
-        """The share of judged windows that are alarms, with its interval."""
-        groups: list[str] | None = [group or record for _, group, record, _ in self._judged]
-        if self.rests_on == "windows":
-            blocks = [f"{record} {block}" for _, _, record, block in self._judged]
-            groups = blocks if self._every < self._duration else None
-        alarms = [float(window[0]) for window in self._judged]
-        return alarm_rate(alarms, groups=groups, confidence=self.file.config.confidence)

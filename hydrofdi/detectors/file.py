@@ -16,7 +16,6 @@ from hydrofdi.detectors.configuration import DetectorConfig, Feature, feature_of
 from hydrofdi.detectors.rules import score_kind
 from hydrofdi.detectors.scores.contract import Fitted, from_data
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constants
 from hydrofdi.records import Array, Channel
@@ -415,17 +414,6 @@ def load_detector(path: Path) -> DetectorFile:
         mistakes = [_mistake(error) for error in errors.errors()]
     if mistakes := [each for each in mistakes if each[0] == "version"] or mistakes:
         raise ConfigError([Issue(_shown(text), _shown(where), str(path)) for where, text in mistakes])
-    return file
-
-
-def fleet_at(path: Path) -> DetectorFile:
-    """The detector of a fleet, which has a summary of its machines."""
-    file = load_detector(path)
-    if file.fleet is None:
-        raise ConfigError(
-            f"{path}: is not a fleet: it needs {FEWEST_GROUPS} healthy machines or more, each a group or a"
-            " record with two windows or more"
-        )
     return file
 
 

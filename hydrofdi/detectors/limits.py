@@ -19,7 +19,7 @@ from hydrofdi.detectors.configuration import TimedChart
 from hydrofdi.detectors.file import ChartLimit, Fleet, Limits, Scale, TrainedScore
 from hydrofdi.detectors.rules import make_chart
 from hydrofdi.detectors.scores.contract import healthy_scale
-from hydrofdi.detectors.scoring import HealthyScores
+from hydrofdi.detectors.training import N_PIECE, HealthyScores
 from hydrofdi.detectors.verdicts import standardised
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS, alarm_rate, left_out_outcomes
@@ -30,9 +30,6 @@ from hydrofdi.settings.messages import time_text
 
 _MOST_FOLDS = 25
 """Maximum number of cross-validation folds; with more groups, several are left out at a time."""
-
-N_PIECE = 20
-"""Pieces of a single record by which a score is cross-fitted, and of few records for the limit of a chart."""
 
 _REACH, _N_SPREAD, _N_GRID, _N_MEAN = 6.0, 200, 3, 128
 """Reach of the grid of ln s in deviations; numbers of its nodes, of grids, and of nodes of m."""
@@ -192,7 +189,7 @@ def fleet_limits(
     return limits, Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
 
 
-def limits_of(scored: HealthyScores, direction: Direction, *, has_chart: bool = False) -> Limits:
+def limits_of(scored: HealthyScores, *, has_chart: bool) -> Limits:
     """Set the limits of a score.
 
     If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
@@ -202,7 +199,7 @@ def limits_of(scored: HealthyScores, direction: Direction, *, has_chart: bool = 
     alarms in place of the limits, too few windows are none: then the extreme healthy scores are the limits.
     """
 
-    config = scored.config
+    config, direction = scored.config, scored.direction
 
     def rule(scores: Array) -> Threshold:
         try:
@@ -249,7 +246,7 @@ def limits_of(scored: HealthyScores, direction: Direction, *, has_chart: bool = 
     )
 
 
-def chart_of(scored: HealthyScores, direction: Direction) -> TimedChart | None:
+def chart_of(scored: HealthyScores) -> TimedChart | None:
     """The chart that is asked for, with all options; the usual one if the records carry its promise.
 
     Its direction refers to scores that rise with leakage.
@@ -262,15 +259,15 @@ def chart_of(scored: HealthyScores, direction: Direction) -> TimedChart | None:
         chart = usual
     if chart is None:
         return None
-    turned = Direction.BOTH if direction is Direction.BOTH else Direction.RISING
+    turned = Direction.BOTH if scored.direction is Direction.BOTH else Direction.RISING
     made = make_chart(chart.chart, {"direction": turned, **chart.options})
     return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
 
 
-def chart_limit(scored: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction) -> ChartLimit:
+def chart_limit(scored: HealthyScores, chart: TimedChart, healthy: Scale) -> ChartLimit:
     """Limit that healthy scores, in time order, reach once within the required time on average."""
     starts = np.searchsorted(scored.record, range(1, len(scored.records)))
-    lines = np.split(standardised(scored.all_scores, healthy, direction), starts)
+    lines = np.split(standardised(scored.all_scores, healthy, scored.direction), starts)
     groups: list[str] | None = None
     rests_on: Literal["pieces", "records", "groups"] = "pieces"
     if len(set(scored.groups)) >= FEWEST_GROUPS:

@@ -1,9 +1,10 @@
-"""Windows that were judged, as a table, CSV and JSON; chunks of any samples, judged as a stream."""
+"""Windows of records, judged and counted; as a table, CSV and JSON."""
 
 from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -11,112 +12,285 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.detector import Detector, JudgedWindow, Tally
+from hydrofdi.detectors.detector import Detector
 from hydrofdi.detectors.file import DetectorFile
-from hydrofdi.detectors.lines import line_record
-from hydrofdi.errors import DataError
-from hydrofdi.records.columns import RejectionError
-from hydrofdi.records.memory import held, records_of
-from hydrofdi.records.recording import samples_of
+from hydrofdi.detectors.lines import WindowLine, line_record
+from hydrofdi.detectors.promise import consequence
+from hydrofdi.detectors.verdicts import Leak, Verdict, without_scale
+from hydrofdi.errors import Issue
+from hydrofdi.evaluation.rates import FEWEST_GROUPS, Rate, alarm_rate
+from hydrofdi.evaluation.scores import comparable
+from hydrofdi.records import RecordBatch
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.arguments import Names
 from hydrofdi.settings.messages import HOLE, counted, number_text
 from hydrofdi.tables.table import Column, Table, quantity
 
+_RATE = 0.01
+"""Share of the sampling frequency that a record may differ."""
 
-def watched(
-    detector: Detector, chunks: Iterable[Any], frequency: float | None, channel: Names, unit: Names
-) -> Iterator[dict[str, Any]]:
-    """The lines of a stream, as they come."""
-    file, state = detector.file, detector.start()
-    for chunk in _chunks(chunks, frequency or file.sampling_frequency, channel, unit):
-        state, lines = detector.step(state, chunk)
-        yield from (line_record(line, file.unit) for line in lines)
-    yield from (line_record(line, file.unit) for line in detector.end(state)[1])
-
-
-def _chunks(chunks: Iterable[Any], frequency: float, channel: Names, unit: Names) -> Iterator[Chunk]:
-    """Chunks with their instants; those without any follow each other."""
-    n_before = 0
-    for each in chunks:
-        if isinstance(each, Chunk):
-            yield each
-            continue
-        samples = held(each)
-        source = records_of(samples, frequency if samples.time is None else None, channel, unit)
-        if (n_record := len(source.table.record_ids)) > 1:
-            raise DataError(f"{source.name}: has {counted(n_record, 'record')}; a chunk of a stream has one")
-        try:
-            _, channels, times, since = samples_of(source.table.row(0), source.config)
-        except RejectionError as rejection:
-            raise DataError(f"{source.name}: {rejection.remark.message}") from None
-        n_time = next(iter(channels.values())).size
-        if times is None:
-            times = (n_before + np.arange(n_time)) / frequency
-        elif not math.isnan(since):
-            times = times + since
-        yield Chunk(times, channels)
-        n_before += n_time
-
+_SAID_OF_WINDOWS = ("missing", "stuck", "gap")
+"""Remarks on whole records that windows have as faults of their own."""
 
 _ROWS = 1_000
 """Windows in memory while a table is written."""
 
 
-def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
-    """A row for each window, or record without any; people see alarms and scores beyond a limit in bold."""
-    rows = [_fields(window, file) for window in windows]
-    verdicts = [window.verdict for window in windows]
-    faults = [each.fault.kind for each in verdicts if each.fault and each.is_beyond]
-    were = "window beyond the limit was" if len(faults) == 1 else "windows beyond the limit were"
-    doubts, notes = [each.doubt for each in verdicts if each.doubt], list[str]()
-    if faults:
-        notes.append(f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}")
-    if doubts:
-        notes.append(f"doubtful: {counted(len(doubts), 'window')}, such as {doubts[0]}")
-    beyond = [row for row, window in enumerate(windows) if window.verdict.is_beyond or window.alarm]
+def judged_windows(detector: Detector, batch: RecordBatch) -> Iterator[WindowLine]:
+    """Every window of records, as the line of a stream which is each record by itself; of a record without
+    any window, a line with a negative number and the reason as its fault.
+    """
+    for record in batch.rejected:
+        rejection = Issue(record.remark.message, kind=record.remark.kind)
+        yield _without(rejection, record_id=record.record_id, source=record.source, group=record.group)
+    for row in range(batch.n_record):
+        named: dict[str, Any] = {
+            "record_id": batch.record_ids[row], "source": batch.sources[row], "group": batch.groups[row],
+            "label": batch.labels[row] if batch.labels else "",
+        }  # fmt: skip
+        fault = _forbidden(detector.file, batch, row)
+        lines = [] if fault else _lines(detector, batch, row)
+        yield from (replace(line, **named) for line in lines)
+        if not lines:
+            yield _without(fault or _without_windows(detector.file, batch), **named)
 
-    def column(name: str, unit: str = "", *, is_shown: bool = False, **more: Any) -> Column:
-        return Column(name, [row.get(name) for row in rows], unit, is_shown=is_shown, **more)
 
-    def words(*names: str) -> list[Column]:
-        return [column(name, is_text=True) for name in names]
+def _without(fault: Issue, **named: Any) -> WindowLine:
+    return WindowLine(-1, math.nan, math.nan, Verdict(fault=fault), **named)
 
-    alarms = np.array([window.alarm for window in windows], dtype=object)
-    scores = [row.get("score") for row in rows]
-    numbers = quantity("score", scores, file.unit, sizes=[file.limits.low, file.limits.high])
-    chart = f"chart, of {number_text(file.chart.limit, 3)}" if file.chart else ""
-    return Table(
-        (
-            column("record_id", title="record", is_text=True, is_shown=True),
-            Column("label", [each.label for each in windows], title="condition", is_text=True),
-            *words("source", "group"),
-            column("number"),
-            column("start", "s", text=lambda at: HOLE if at is None else f"{at:.12g}", is_shown=True),
-            column("end", "s"),
-            replace(numbers, strong=beyond),
-            *words("unit"),
-            column("low"),
-            column("high"),
-            column(
-                "margin",
-                title="margin [spreads]",
-                text=lambda at: HOLE if at is None else f"{at:+.2f}".replace("-", "−"),
-                is_shown=True,
+
+def _lines(detector: Detector, records: RecordBatch, row: int) -> list[WindowLine]:
+    samples = {channel: values[row] for channel, values in records.channels.items()}
+    _, told = detector.step(detector.start(), Chunk(records.time, samples))
+    lines = [line for line in told if isinstance(line, WindowLine)]
+    for remark in records.remarks[row]:
+        if remark.kind == "unended" and lines and lines[-1].end == records.time[-1]:
+            doubt = "; ".join(filter(None, (lines[-1].verdict.doubt, remark.message)))
+            lines[-1] = replace(lines[-1], verdict=replace(lines[-1].verdict, doubt=doubt))
+    return lines
+
+
+def _forbidden(file: DetectorFile, records: RecordBatch, row: int) -> Issue | None:
+    """Why a record cannot be taken for a stream of the detector."""
+    if missing := [channel for channel in file.channels if channel not in records.channels]:
+        unused = [remark.message for remark in records.remarks[row] if remark.kind == "unused"]
+        return Issue("; ".join([f"has no {' and no '.join(missing)}", *unused]), kind="missing_channel")
+    if abs(records.sampling_frequency / file.sampling_frequency - 1.0) > _RATE:
+        rates = f"{records.sampling_frequency:.4g} Hz instead of {file.sampling_frequency:.4g} Hz"
+        return Issue(f"is sampled at {rates}", kind="other_rate")
+    if obstacle := without_scale(records, file.channels):
+        return Issue(obstacle, kind="no_scale")
+    for remark in records.remarks[row]:
+        concerns = not remark.where or remark.where in file.channels
+        if remark.is_unusable and concerns and remark.kind not in _SAID_OF_WINDOWS:
+            return Issue(remark.message, kind=remark.kind)
+    return None
+
+
+def _without_windows(file: DetectorFile, records: RecordBatch) -> Issue:
+    lasts, window = f"lasts {records.duration:.4g} s", file.config.window
+    duration = f"{file.n_sample / file.sampling_frequency:.4g} s"
+    if window.by == "cycle" and records.n_time >= file.n_sample:
+        return Issue(f"has no cycle: no {window.edge} edge of {window.channel} in time", kind="no_cycle")
+    return Issue(f"{lasts}, and a window {duration}", kind="short_record")
+
+
+class Tally:
+    """Windows on their way, counted.
+
+    ``faults``: kind → windows, or records without any, that were not judged, ``n_beyond`` of them with a
+    score beyond a limit all the same. ``n_doubtful`` judged ones, with the ``first_doubt``. ``unjudged``:
+    source and record of those of which nothing was judged nor novel, which is a finding → the first reason.
+    """
+
+    def __init__(self, file: DetectorFile, windows: Iterable[WindowLine]) -> None:
+        self.file, self._windows = file, windows
+        self.faults: Counter[str] = Counter()
+        self.n_beyond = self.n_doubtful = 0
+        self.first_doubt = ""
+        self.unjudged: dict[tuple[str, str], str] = {}
+        self._records: set[tuple[str, str]] = set()
+        self._judged: list[tuple[bool, str, str, int]] = []  # alarm, group, record and place in it
+        self._alarming: list[Leak] = []
+        self._duration = file.n_sample / file.sampling_frequency
+        self._every = min(file.n_every / file.sampling_frequency, self._duration)
+
+    def __iter__(self) -> Iterator[WindowLine]:
+        for window in self._windows:
+            self._count(window)
+            yield window
+
+    def _count(self, window: WindowLine) -> None:
+        record, verdict = (window.source, window.record_id), window.verdict
+        if record not in self._records:
+            self._records.add(record)
+            self.unjudged[record] = verdict.fault.message if verdict.fault else ""
+        if verdict.fault is not None:
+            self.faults[verdict.fault.kind] += 1
+            self.n_beyond += bool(verdict.is_beyond)
+        if verdict.doubt:
+            self.n_doubtful += 1
+            self.first_doubt = self.first_doubt or verdict.doubt
+        if verdict.fault is None or verdict.fault.kind == "novel":
+            self.unjudged.pop(record, None)
+        if window.alarm is not None:
+            block = int(comparable(window.start / self._duration))
+            self._judged.append((window.alarm, window.group, " ".join(record), block))
+            if window.alarm and verdict.leak is not None:
+                self._alarming.append(verdict.leak)
+
+    @property
+    def n_record(self) -> int:
+        """Records, those among them that were rejected."""
+        return len(self._records)
+
+    @property
+    def n_judged(self) -> int:
+        """Windows that were judged."""
+        return len(self._judged)
+
+    @property
+    def n_alarm(self) -> int:
+        """Alarms."""
+        return sum(window[0] for window in self._judged)
+
+    @property
+    def hours(self) -> float:
+        """Time that was judged [h]: of overlapping windows, what each adds."""
+        return self.n_judged * self._every / 3600.0
+
+    @property
+    def rests_on(self) -> str | None:
+        """What the interval of the share takes as independent: ``groups`` or ``records``; ``windows`` that do
+        not overlap if these are too few; None if nothing is judged.
+        """
+        if self.n_group >= FEWEST_GROUPS:
+            return self.group_noun
+        return "windows" if self.n_judged else None
+
+    @property
+    def n_group(self) -> int:
+        """Groups of which something was judged; records if nobody stated groups."""
+        return len({group or record for _, group, record, _ in self._judged})
+
+    @property
+    def group_noun(self) -> str:
+        """What they are: ``groups`` or ``records``."""
+        return "groups" if any(window[1] for window in self._judged) else "records"
+
+    @property
+    def consequence(self) -> tuple[str, dict[str, Any]]:
+        """What the alarms come to, in words and for JSON; the leak is their median."""
+        leak = Leak(*np.median(self._alarming, axis=0).tolist()) if self._alarming else None
+        return consequence(self.file, self.n_judged, self.n_alarm, leak)
+
+    @property
+    def rate(self) -> Rate:
+        """The share of judged windows that are alarms, with its interval."""
+        groups: list[str] | None = [group or record for _, group, record, _ in self._judged]
+        if self.rests_on == "windows":
+            blocks = [f"{record} {block}" for _, _, record, block in self._judged]
+            groups = blocks if self._every < self._duration else None
+        alarms = [float(window[0]) for window in self._judged]
+        return alarm_rate(alarms, groups=groups, confidence=self.file.config.confidence)
+
+    def table(self, windows: Sequence[WindowLine]) -> Table:
+        """A row for each window, or record without any; alarms and scores beyond a limit are bold."""
+        file, rows = self.file, [_fields(window, self.file) for window in windows]
+        verdicts = [window.verdict for window in windows]
+        faults = [each.fault.kind for each in verdicts if each.fault and each.is_beyond]
+        were = "window beyond the limit was" if len(faults) == 1 else "windows beyond the limit were"
+        doubts, notes = [each.doubt for each in verdicts if each.doubt], list[str]()
+        if faults:
+            notes.append(f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}")
+        if doubts:
+            notes.append(f"doubtful: {counted(len(doubts), 'window')}, such as {doubts[0]}")
+        beyond = [row for row, window in enumerate(windows) if window.verdict.is_beyond or window.alarm]
+
+        def column(name: str, unit: str = "", *, is_shown: bool = False, **more: Any) -> Column:
+            return Column(name, [row.get(name) for row in rows], unit, is_shown=is_shown, **more)
+
+        def words(*names: str) -> list[Column]:
+            return [column(name, is_text=True) for name in names]
+
+        alarms = np.array([window.alarm for window in windows], dtype=object)
+        scores = [row.get("score") for row in rows]
+        numbers = quantity("score", scores, file.unit, sizes=[file.limits.low, file.limits.high])
+        chart = f"chart, of {number_text(file.chart.limit, 3)}" if file.chart else ""
+        return Table(
+            (
+                column("record_id", title="record", is_text=True, is_shown=True),
+                Column("label", [each.label for each in windows], title="condition", is_text=True),
+                *words("source", "group"),
+                column("number"),
+                column("start", "s", text=lambda at: HOLE if at is None else f"{at:.12g}", is_shown=True),
+                column("end", "s"),
+                replace(numbers, strong=beyond),
+                *words("unit"),
+                column("low"),
+                column("high"),
+                column(
+                    "margin",
+                    title="margin [spreads]",
+                    text=lambda at: HOLE if at is None else f"{at:+.2f}".replace("-", "−"),
+                    is_shown=True,
+                ),
+                column("beyond_limit"),
+                *(column(name, "m^3/s") for name in ("leak", "leak_low", "leak_high")),
+                column("chart_statistic", title=chart, is_shown=file.chart is not None),
+                Column("alarm", alarms, title="verdict", text=[*map(_verdict, windows)], is_text=True),
+                *words("cause", "fault", "reason", "doubt"),
             ),
-            column("beyond_limit"),
-            *(column(name, "m^3/s") for name in ("leak", "leak_low", "leak_high")),
-            column("chart_statistic", title=chart, is_shown=file.chart is not None),
-            Column("alarm", alarms, title="verdict", text=[*map(_verdict, windows)], is_text=True),
-            *words("cause", "fault", "reason", "doubt"),
-        ),
-        title=f"{file.score_name}, {file.feature.meaning}: alarm {file.alarm_text}",
-        notes=tuple(notes),
-        row="window",
-    )
+            title=f"{file.score_name}, {file.feature.meaning}: alarm {file.alarm_text}",
+            notes=tuple(notes),
+            row="window",
+        )
+
+    def csv(self) -> Iterator[str]:
+        """A line for each window, or record without any; an empty field where there is no number."""
+        windows, header = iter(self), True
+        while (some := [*islice(windows, _ROWS)]) or header:
+            table, names = self.table(some), {"start": "start_s", "end": "end_s"}
+            renamed = (replace(each, name=names.get(each.name, each.name)) for each in table.content)
+            yield replace(table, content=tuple(renamed)).to_csv(header=header)
+            header = False
+
+    def json(self) -> Iterator[str]:
+        """Parts of one JSON object: the detector, an object for each window, and what they come to."""
+        config, limits, unit = self.file.config, self.file.limits, self.file.unit
+        detector = {
+            "indicator": config.indicator or None,
+            "output": config.output or self.file.score_name,
+            "unit": unit,
+            "low": limits.low,
+            "high": limits.high,
+            "false_alarm_rate": limits.false_alarm_rate,
+            "false_alarm_interval": list(limits.interval),
+        }
+        yield f'{{"detector": {json.dumps(detector)},\n"windows": ['
+        between = "\n"
+        for window in self:
+            yield between + json.dumps(_record(window, unit), allow_nan=False)
+            between = ",\n"
+        rate = self.rate
+        summary = {
+            "n_record": self.n_record,
+            "n_record_not_judged": len(self.unjudged),
+            "n_judged": self.n_judged,
+            "n_alarm": self.n_alarm,
+            "alarm_share": rate.value if self.n_judged else None,
+            "alarm_share_interval": [rate.low, rate.high] if self.rests_on else None,
+            "confidence": rate.confidence,
+            "interval_rests_on": self.rests_on,
+            "hours": self.hours,
+            "not_judged": dict(sorted(self.faults.items())),
+            "n_not_judged_beyond_limit": self.n_beyond,
+            "n_doubtful": self.n_doubtful,
+            "consequence": self.consequence[1],
+        }
+        yield f'\n],\n"summary": {json.dumps(summary, allow_nan=False)}}}\n'
 
 
-def _verdict(window: JudgedWindow) -> str:
+def _verdict(window: WindowLine) -> str:
     if (fault := window.verdict.fault) is not None:
         return f"not judged, {fault.kind}: {fault.message}"
     leak = f", {window.verdict.leak.size}" if window.verdict.leak else ""
@@ -125,61 +299,14 @@ def _verdict(window: JudgedWindow) -> str:
     return (f"ALARM{leak}" if window.alarm else "healthy") + doubt
 
 
-def csv_lines(tally: Tally) -> Iterator[str]:
-    """A line for each window, or record without any; an empty field where there is no number."""
-    windows, header = iter(tally), True
-    while (some := [*islice(windows, _ROWS)]) or header:
-        table = windows_table(tally.file, some)
-        names = {"start": "start_s", "end": "end_s"}
-        renamed = (replace(each, name=names.get(each.name, each.name)) for each in table.content)
-        yield replace(table, content=tuple(renamed)).to_csv(header=header)
-        header = False
-
-
-def json_parts(tally: Tally) -> Iterator[str]:
-    """Parts of one JSON object: the detector, an object for each window, and what they come to."""
-    config, limits = tally.file.config, tally.file.limits
-    detector = {
-        "indicator": config.indicator or None,
-        "output": config.output or tally.file.score_name,
-        "unit": tally.file.unit,
-        "low": limits.low,
-        "high": limits.high,
-        "false_alarm_rate": limits.false_alarm_rate,
-        "false_alarm_interval": list(limits.interval),
-    }
-    yield f'{{"detector": {json.dumps(detector)},\n"windows": ['
-    between = "\n"
-    for window in tally:
-        yield between + json.dumps(_record(window, tally.file.unit), allow_nan=False)
-        between = ",\n"
-    rate = tally.rate
-    summary = {
-        "n_record": tally.n_record,
-        "n_record_not_judged": len(tally.unjudged),
-        "n_judged": tally.n_judged,
-        "n_alarm": tally.n_alarm,
-        "alarm_share": rate.value if tally.n_judged else None,
-        "alarm_share_interval": [rate.low, rate.high] if tally.rests_on else None,
-        "confidence": rate.confidence,
-        "interval_rests_on": tally.rests_on,
-        "hours": tally.hours,
-        "not_judged": dict(sorted(tally.faults.items())),
-        "n_not_judged_beyond_limit": tally.n_beyond,
-        "n_doubtful": tally.n_doubtful,
-        "consequence": tally.consequence.to_dict(),
-    }
-    yield f'\n],\n"summary": {json.dumps(summary, allow_nan=False)}}}\n'
-
-
-def _record(window: JudgedWindow, unit: str) -> dict[str, Any]:
+def _record(window: WindowLine, unit: str) -> dict[str, Any]:
     """Keys of the lines of a monitor behind those of the record."""
     named = {"record_id": window.record_id, "source": window.source, "group": window.group or None}
     record = line_record(window, unit)
     return named | (record if window.number >= 0 else {"line": "record", "fault": record["fault"]})
 
 
-def _fields(window: JudgedWindow, file: DetectorFile) -> dict[str, Any]:
+def _fields(window: WindowLine, file: DetectorFile) -> dict[str, Any]:
     record, fault = _record(window, file.unit), window.verdict.fault
     leak = record.get("leak") or {}
     return record | {

@@ -33,7 +33,7 @@ from hydrofdi.errors import DataError, NotStatedError
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.records import RecordSource
-from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, Joining, State, Window
+from hydrofdi.records.streams import Chunk, EvenStream, EventKind, Joining, State, Window
 from hydrofdi.version import __version__
 
 NUMBER = "judging.number"
@@ -44,8 +44,6 @@ PATIENCE = 10
 
 MOST_SAMPLES = 2**22
 """Most samples of windows that are judged at once; limits the memory."""
-
-_Stepped = tuple[State, list[Chunk], list[Event]]
 
 
 class Detector:
@@ -127,7 +125,7 @@ class Detector:
             raise DataError(f"{healthy.name}: is sampled at {found:g} Hz, but {fleet_name} at {wanted:g} Hz")
         scored = HealthyScores(config if known else with_score(config, first), first, drive)
         scored.read(chain([first], batches))
-        score = scored.learn(None if config.score is None else faulty, known and known.score)
+        score = scored.learn(None if config.score is None else faulty, known.score if known else None)
         scored.require_scores(healthy.name)
         config, feature, chart, others = scored.config, scored.feature, chart_of(scored), ""
         try:
@@ -255,85 +253,64 @@ class Detector:
         """
         parts = _parts(state)
         parts["joining"], chunk = self._joining.step(parts["joining"], chunk)
-        lines = self._checked(parts, chunk)
+        lines = [*self._follow(parts, chunk)]
         return _flat(parts), lines
 
     def end(self, state: State) -> tuple[State, list[Line]]:
         """The lines at the end of a stream: counts that were not reported, and ends of episodes."""
         parts = _parts(state)
         parts["joining"], rest = self._joining.step(parts["joining"], Chunk(np.empty(0), {}), is_end=True)
-        lines = self._checked(parts, rest)
+        lines = [*self._follow(parts, rest)]
         parts["defects"], sums = stream_lines.summed_up(parts["defects"])
         ends, parts["episodes"] = stream_lines.ended(parts["episodes"]), stream_lines.NO_EPISODES
         return _flat(parts), [*lines, *sums, *ends]
 
-    def _checked(self, parts: dict[str, State], chunk: Chunk) -> list[Line]:
-        """Lines of joined samples."""
-        return [line for stepped in self._alone(parts, chunk) for line in self._follow(parts, stepped)]
-
-    def _alone(self, parts: Mapping[str, State], chunk: Chunk) -> Iterator[_Stepped]:
-        """Steps of the stream. A sample that is news, or begins a minute, has a step of its own, so that the
-        place of its lines does not depend on the chunk.
+    def _follow(self, parts: dict[str, State], chunk: Chunk) -> Iterator[Line]:
+        """Lines of joined samples. One that is news, or begins a minute, is stepped over by itself, so that
+        the place of its lines does not depend on the chunk.
         """
-        stepped = _, pieces, events = self._stream.step(parts["stream"], chunk)
-        is_news = not all(event.is_silent for event in events)
-        if events or parts["defects"]["waiting"].any():
+        stream, pieces, defects = self._stream.step(parts["stream"], chunk)
+        is_news = not all(event.is_silent for event in defects)
+        if defects or parts["defects"]["waiting"].any():
             is_news |= stream_lines.begins_minute(parts["defects"], pieces)
         if chunk.n_time > 1 and is_news:
             half = chunk.n_time // 2
-            yield from self._alone(parts, chunk.part(0, half))
-            yield from self._alone(parts, chunk.part(half, chunk.n_time))
-        else:
-            yield stepped
-
-    def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[Line]:
-        """Lines of checked samples."""
-        parts["stream"], pieces, defects = stepped
+            yield from self._follow(parts, chunk.part(0, half))
+            yield from self._follow(parts, chunk.part(half, chunk.n_time))
+            return
+        parts["stream"] = stream
         parts["defects"], events = stream_lines.noted(parts["defects"], pieces, defects)
-        lines: list[Line] = [*events]
+        yield from events
+        n_at_once = self.file.n_every * max(1, MOST_SAMPLES // (self.file.n_sample * len(self.file.channels)))
         for piece in pieces:
-            parts["judging"], judged = self._windows(parts["judging"], piece)
-            for window in judged:
-                lines += self._lines(parts, window)
-        return lines
+            for first in range(0, piece.n_time, n_at_once):
+                part = piece.part(first, first + n_at_once)
+                parts["judging"], windows = self._windower.step(parts["judging"], part)
+                for window, verdict in zip(windows, self.score(windows), strict=True):
+                    yield from self._lines(parts, window, verdict)
 
-    def _windows(self, state: State, piece: Chunk) -> tuple[State, list[WindowLine]]:
-        """The state after a piece, and the windows that ended in it."""
-        file, lines = self.file, list[WindowLine]()
-        n_at_once = file.n_every * max(1, MOST_SAMPLES // (file.n_sample * len(file.channels)))
-        for first in range(0, piece.n_time, n_at_once):
-            state, windows = self._windower.step(state, piece.part(first, first + n_at_once))
-            lines += [
-                WindowLine(each.number, float(each.time[0]), float(each.time[-1]), verdict)
-                for each, verdict in zip(windows, self.score(windows), strict=True)
-            ]
-        return state, lines
-
-    def _lines(self, parts: dict[str, State], window: WindowLine) -> list[Line]:
+    def _lines(self, parts: dict[str, State], window: Window, verdict: verdicts.Verdict) -> Iterator[Line]:
         """The line of a window, and the events that it causes."""
-        verdict = window.verdict
-        parts["chart"], reading = self._reading(parts["chart"], verdict)
-        window = replace(window, chart=reading)
-        parts["episodes"], events = stream_lines.episodes_after(parts["episodes"], self._patience, window)
+        reading, healthy = None, self.file.healthy
+        if self._chart is not None and (chart := self.file.chart) is not None:
+            # a window that is not judged does not change the chart
+            judged = math.nan if verdict.alarm is None or verdict.score is None else verdict.score
+            score = verdicts.standardised(judged, healthy, self.file.config.direction).reshape(1, 1)
+            parts["chart"], statistic = self._chart.step(parts["chart"], score, chart.limit)
+            value = float(statistic[0, 0])
+            reading = ChartReading(None if math.isnan(value) else value, chart.limit, value >= chart.limit)
+        line = WindowLine(window.number, float(window.time[0]), float(window.time[-1]), verdict, reading)
+        parts["episodes"], events = stream_lines.episodes_after(parts["episodes"], self._patience, line)
         parts["conditions"], condition, alarm = stream_lines.conditioned(
-            parts["conditions"], self._patience, window
+            parts["conditions"], self._patience, line
         )
+        yield replace(line, condition=condition)
+        yield from events
         if alarm is not None and alarm.kind is EventKind.ALARM_RAISED:
             n_judged, n_alarm = (int(parts["conditions"][name]) for name in ("n_judged", "n_alarm"))
             text, details = consequence(self.file, n_judged, n_alarm, verdict.leak, verdict.margin)
             alarm = replace(alarm, text=f"{alarm.text}; {text}", details=details)
-        return [replace(window, condition=condition), *events, *filter(None, [alarm])]
-
-    def _reading(self, state: State, verdict: verdicts.Verdict) -> tuple[State, ChartReading | None]:
-        """The chart after a window; one that is not judged does not change it."""
-        if self._chart is None or self.file.chart is None:
-            return state, None
-        judged = math.nan if verdict.alarm is None or verdict.score is None else verdict.score
-        score = verdicts.standardised(judged, self.file.healthy, self.file.config.direction)
-        after, statistic = self._chart.step(state, score.reshape(1, 1), self.file.chart.limit)
-        value = float(statistic[0, 0])
-        is_alarm = value >= self.file.chart.limit
-        return after, ChartReading(None if math.isnan(value) else value, self.file.chart.limit, is_alarm)
+        yield from filter(None, [alarm])
 
 
 def _flat(parts: Mapping[str, State]) -> State:

@@ -289,12 +289,12 @@ class HealthyScores:
             groups = [f"piece {N_PIECE * place // n_healthy}" for place in range(n_healthy)]
         used = np.ascontiguousarray(values[:, kept])
         self.all_scores = cross_fitted_scores(score, used, is_faulty, groups, is_fit=is_fit)[:n_healthy]
-        fitted = score.fit(used[is_fit], is_faulty[is_fit])
+        taught = is_fit & np.isfinite(used).all(axis=1)
         return TrainedScore(
             numbers=tuple(numbers[place] for place in kept),
-            rule=plain_data(fitted.rule),
-            n_healthy=fitted.n_healthy,
-            n_faulty=fitted.n_faulty,
+            rule=plain_data(score.fit(used[is_fit], is_faulty[is_fit])),
+            n_healthy=np.sum(taught & ~is_faulty),
+            n_faulty=np.sum(taught & is_faulty & score.needs_faulty),
         )
 
     def _no_score(self, label: str) -> NotStatedError:

@@ -97,20 +97,22 @@ def _without_windows(file: DetectorFile, records: RecordBatch) -> Issue:
 class Tally:
     """Windows on their way, counted.
 
-    ``faults``: kind → windows, or records without any, that were not judged, ``n_beyond`` of them with a
-    score beyond a limit all the same. ``n_doubtful`` judged ones, with the ``first_doubt``. ``unjudged``:
-    source and record of those of which nothing was judged nor novel, which is a finding → the first reason.
+    ``n_judged`` windows were judged, ``n_alarm``
+    of them with an alarm, ``n_doubtful`` with a doubt, of which ``first_doubt`` is one. ``faults``: kind →
+    windows, or records without any, that were not judged, ``n_beyond`` of them with a score beyond a limit
+    all the same. ``unjudged``: source and record of those of which nothing was judged nor novel, which is a
+    finding → the first reason.
     """
 
     def __init__(self, file: DetectorFile, windows: Iterable[WindowLine]) -> None:
         self.file, self._windows = file, windows
         self.faults: Counter[str] = Counter()
-        self.n_beyond = self.n_doubtful = 0
-        self.first_doubt = ""
+        self.n_judged = self.n_alarm = self.n_beyond = self.n_doubtful = 0
+        self.first_doubt, self.group_noun = "", "records"
         self.unjudged: dict[tuple[str, str], str] = {}
         self._records: set[tuple[str, str]] = set()
-        self._judged: list[tuple[bool, str, str, int]] = []  # alarm, group, record and place in it
-        self._alarming: list[Leak] = []
+        self._alarms, self._groups, self._blocks = list[float](), list[str](), list[str]()
+        self._leaks: list[Leak] = []
         self._duration = file.n_sample / file.sampling_frequency
         self._every = min(file.n_every / file.sampling_frequency, self._duration)
 
@@ -133,10 +135,15 @@ class Tally:
         if verdict.fault is None or verdict.fault.kind == "novel":
             self.unjudged.pop(record, None)
         if window.alarm is not None:
-            block = int(comparable(window.start / self._duration))
-            self._judged.append((window.alarm, window.group, " ".join(record), block))
+            name = " ".join(record)
+            self.n_judged += 1
+            self.n_alarm += window.alarm
+            self.group_noun = "groups" if window.group else self.group_noun
+            self._alarms.append(float(window.alarm))
+            self._groups.append(window.group or name)
+            self._blocks.append(f"{name} {int(comparable(window.start / self._duration))}")
             if window.alarm and verdict.leak is not None:
-                self._alarming.append(verdict.leak)
+                self._leaks.append(verdict.leak)
 
     @property
     def n_record(self) -> int:
@@ -144,19 +151,14 @@ class Tally:
         return len(self._records)
 
     @property
-    def n_judged(self) -> int:
-        """Windows that were judged."""
-        return len(self._judged)
-
-    @property
-    def n_alarm(self) -> int:
-        """Alarms."""
-        return sum(window[0] for window in self._judged)
-
-    @property
     def hours(self) -> float:
         """Time that was judged [h]: of overlapping windows, what each adds."""
         return self.n_judged * self._every / 3600.0
+
+    @property
+    def n_group(self) -> int:
+        """Groups of which something was judged; records if nobody stated groups, as ``group_noun`` says."""
+        return len(set(self._groups))
 
     @property
     def rests_on(self) -> str | None:
@@ -168,30 +170,18 @@ class Tally:
         return "windows" if self.n_judged else None
 
     @property
-    def n_group(self) -> int:
-        """Groups of which something was judged; records if nobody stated groups."""
-        return len({group or record for _, group, record, _ in self._judged})
-
-    @property
-    def group_noun(self) -> str:
-        """What they are: ``groups`` or ``records``."""
-        return "groups" if any(window[1] for window in self._judged) else "records"
-
-    @property
     def consequence(self) -> tuple[str, dict[str, Any]]:
         """What the alarms come to, in words and for JSON; the leak is their median."""
-        leak = Leak(*np.median(self._alarming, axis=0).tolist()) if self._alarming else None
+        leak = Leak(*np.median(self._leaks, axis=0).tolist()) if self._leaks else None
         return consequence(self.file, self.n_judged, self.n_alarm, leak)
 
     @property
     def rate(self) -> Rate:
         """The share of judged windows that are alarms, with its interval."""
-        groups: list[str] | None = [group or record for _, group, record, _ in self._judged]
+        groups: list[str] | None = self._groups
         if self.rests_on == "windows":
-            blocks = [f"{record} {block}" for _, _, record, block in self._judged]
-            groups = blocks if self._every < self._duration else None
-        alarms = [float(window[0]) for window in self._judged]
-        return alarm_rate(alarms, groups=groups, confidence=self.file.config.confidence)
+            groups = self._blocks if self._every < self._duration else None
+        return alarm_rate(self._alarms, groups=groups, confidence=self.file.config.confidence)
 
     def table(self, windows: Sequence[WindowLine]) -> Table:
         """A row for each window, or record without any; alarms and scores beyond a limit are bold."""

@@ -194,7 +194,7 @@ def test_records_of_a_group_are_drawn_together():
 def test_every_group_comes_equally_often_and_whole():
     streams = np.arange(12.0).reshape(6, 2)
     groups = members(["a", "a", "", "b", "", "b"], 6)
-    drawn = streams[np.hstack(list(operations(groups, 7, 0)))].reshape(1, -1)
+    drawn = streams[np.hstack(list(operations(groups, 7)))].reshape(1, -1)
     assert sorted(len(each) for each in groups) == [1, 1, 2, 2]
     np.testing.assert_array_equal(np.bincount(drawn[0].astype(int)), 7)
     np.testing.assert_array_equal(drawn[0, 1::2] - drawn[0, ::2], 1.0)

@@ -14,22 +14,11 @@ import numpy as np
 
 from hydrofdi.detectors import lines as stream_lines
 from hydrofdi.detectors import verdicts
-from hydrofdi.detectors.configuration import DetectorConfig, stated_indicators
+from hydrofdi.detectors.configuration import DetectorConfig
 from hydrofdi.detectors.file import DetectorFile, Made
-from hydrofdi.detectors.limits import (
-    chart_limit,
-    chart_of,
-    fleet_limits,
-    fleet_of,
-    limits_of,
-    scale_of,
-    with_allowance,
-)
 from hydrofdi.detectors.lines import ChartReading, Line, WindowLine
 from hydrofdi.detectors.promise import consequence
 from hydrofdi.detectors.rules import OF_ONE, make_chart
-from hydrofdi.detectors.training import HealthyScores, drive_of, with_score
-from hydrofdi.errors import DataError, NotStatedError
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.records import RecordSource
@@ -113,80 +102,46 @@ class Detector:
         NotStatedError
             There are too few records for the false-alarm rate; the message states how many are needed.
         """
-        window, sheet = config.window, healthy.data_sheet
-        drive = drive_of(healthy, window.channel) if window.by == "cycle" else None
-        batches = (batch for batch in healthy.batches(labels=True) if batch.n_record)
-        if (first := next(batches, None)) is None:
-            raise NotStatedError(f"{healthy.name}: no healthy record")
+        from hydrofdi.detectors import limits, training
+
         known = None if fleet is None else fleet.file
-        fleet_name = fleet.path.name if fleet and fleet.path else ""
-        if known is not None and first.sampling_frequency != known.sampling_frequency:
-            found, wanted = first.sampling_frequency, known.sampling_frequency
-            raise DataError(f"{healthy.name}: is sampled at {found:g} Hz, but {fleet_name} at {wanted:g} Hz")
-        scored = HealthyScores(config if known else with_score(config, first), first, drive)
-        scored.read(chain([first], batches))
+        name = fleet.path.name if fleet and fleet.path else ""
+        scored = training.healthy_scores(healthy, config, known, name)
         score = scored.learn(None if config.score is None else faulty, known.score if known else None)
         scored.require_scores(healthy.name)
-        config, feature, chart, others = scored.config, scored.feature, chart_of(scored), ""
-        try:
-            limits = limits_of(scored, has_chart=chart is not None)
-            scale = scale_of(scored.scores)
-            if is_measured and verdicts.TEMPERATURE not in scored.channels and config.compensate:
-                limits, score = with_allowance(limits, score, scored)
-        except NotStatedError:
-            if known is None or known.fleet is None or config.threshold != "quantile":
-                raise
-            rate, confidence = config.false_alarm_rate, config.confidence
-            limits, scale = fleet_limits(scored.scores, known.fleet, scored.direction, rate, confidence)
-            others = f"{fleet_name}, {known.fleet.n_machine} machines"
-        duration, period = scored.duration, window.every or (scored.duration if window.by == "time" else None)
-        in_full: dict[str, Any] = {
-            "direction": scored.direction,
-            "chart": chart,
-            "window": window.model_copy(update={"duration": duration, "every": period}),
-        }
-        if config.score is None:
-            in_full["options"] = feature.indicator.options.model_dump(mode="json")
-            in_full["output"] = feature.label.removeprefix(f"{config.indicator}.")
-        else:
-            in_full["indicators"] = stated_indicators(feature.indicators, in_full=True)
+        chart, first, feature = limits.chart_of(scored), scored.first, scored.feature
+        of_fleet, others = known.fleet if known else None, ""
+        own, scale = limits.own_limits(scored, has_chart=chart is not None, fleet=of_fleet)
+        if of_fleet is not None and own.interval_rests_on == "fleet":
+            others = f"{name}, {of_fleet.n_machine} machines"
+        elif is_measured and verdicts.TEMPERATURE not in scored.channels and config.compensate:
+            own, score = limits.with_allowance(own, score, scored)
         used = feature if score is None else feature.of(score.numbers)
         options = [each.options for each in feature.indicators.values()]
-        stated = {name for each in options for name in sheet_constants(each)}
-        doubts = {(doubt.where, doubt.kind) for each in scored.complete for doubt in each.doubts}
-        fits = {name: [each.possible[1] or 0.0] for name, each in used.outputs.items() if each.is_fit}
-        for name, values in fits.items():
-            values += [each.fits[name] for each in scored.complete]
-            values += [] if known is None else [known.fits.get(name, values[0])]
-        has_unit = config.score is None or config.score.kind in OF_ONE
+        stated = {constant for each in options for constant in sheet_constants(each)}
+        is_other = scored.config.score is not None and scored.config.score.kind not in OF_ONE
         time = datetime.now(UTC).isoformat(timespec="seconds")
         file = DetectorFile(
             made=Made(hydrofdi=__version__, time=time, command=command),
-            config=config.model_copy(update=in_full),
-            assumed=tuple(dict.fromkeys(name for each in options for name in constants_not_given(each))),
-            data_sheet={name: value for name, value in sheet.items() if name in stated},
+            config=scored.config_in_full(chart),
+            assumed=tuple(dict.fromkeys(chain.from_iterable(map(constants_not_given, options)))),
+            data_sheet={key: value for key, value in healthy.data_sheet.items() if key in stated},
             indicator_versions={label: each.version for label, each in used.indicators.items()},
             score=score,
-            unit=output_unit(feature.indicator, feature.described, first) if has_unit else "1",
+            unit="1" if is_other else output_unit(feature.indicator, feature.described, first),
             channels=scored.channels,
             sampling_frequency=first.sampling_frequency,
             n_sample=scored.n_sample,
             basis=scored.basis(sources or (healthy.name,), scale, others),
-            fleet=fleet_of(scored.scores, scored.of_scores),
+            fleet=limits.fleet_of(scored.scores, scored.of_scores),
             healthy=scale,
-            limits=limits,
-            chart=None if chart is None else chart_limit(scored, chart, scale),
-            ranges={
-                channel: verdicts.learned_range(channel, facts) for channel, facts in scored.facts.items()
-            },
+            limits=own,
+            chart=None if chart is None else limits.chart_limit(scored, chart, scale),
+            ranges={each: verdicts.learned_range(each, facts) for each, facts in scored.facts.items()},
             conditions=scored.conditions,
-            positive=tuple(
-                name
-                for name, each in used.outputs.items()
-                if each.is_positive and (name, "not_positive") not in doubts
-            ),
-            fits={name: max(values) for name, values in fits.items()},
-            drive=drive,
+            positive=scored.positive(used),
+            fits=scored.fits(used, known.fits if known else {}),
+            drive=scored.drive,
         )
         return cls(file)
 

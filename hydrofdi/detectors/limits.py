@@ -189,7 +189,19 @@ def fleet_limits(
     return limits, Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
 
 
-def limits_of(scored: HealthyScores, *, has_chart: bool) -> Limits:
+def own_limits(scored: HealthyScores, *, has_chart: bool, fleet: Fleet | None) -> tuple[Limits, Scale]:
+    """Limits and healthy scale of a machine; with those of a fleet, if its own scores are too few."""
+    config, own = scored.config, scored.scores
+    try:
+        limits, (centre, spread) = _limits_of(scored, has_chart=has_chart), healthy_scale(own)
+    except NotStatedError:
+        if fleet is None or config.threshold != "quantile":
+            raise
+        return fleet_limits(own, fleet, scored.direction, config.false_alarm_rate, config.confidence)
+    return limits, Scale(centre=centre, spread=spread, range=(float(own.min()), float(own.max())))
+
+
+def _limits_of(scored: HealthyScores, *, has_chart: bool) -> Limits:
     """Set the limits of a score.
 
     If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
@@ -313,12 +325,6 @@ def with_allowance(
         rule = rule | {"coefficients": (np.array(rule["coefficients"]) + room[:, None]).tolist()}
         trained = trained.model_copy(update={"rule": rule})
     return limits, trained
-
-
-def scale_of(scores: Array) -> Scale:
-    """Median, spread and range of healthy scores."""
-    centre, spread = healthy_scale(scores)
-    return Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
 
 
 def _finite(value: float) -> float | None:

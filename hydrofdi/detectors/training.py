@@ -6,14 +6,21 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, compress
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.detectors import verdicts
-from hydrofdi.detectors.configuration import DetectorConfig, direction_of, feature_of, stated_indicators
-from hydrofdi.detectors.file import Basis, Scale, TrainedScore
+from hydrofdi.detectors.configuration import (
+    DetectorConfig,
+    Feature,
+    TimedChart,
+    direction_of,
+    feature_of,
+    stated_indicators,
+)
+from hydrofdi.detectors.file import Basis, DetectorFile, Scale, TrainedScore
 from hydrofdi.detectors.rules import OF_ONE, ScoreConfig, make_score
 from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
 from hydrofdi.errors import ConfigError, DataError, Issue, NotStatedError
@@ -328,6 +335,36 @@ class HealthyScores:
             return ""
         return sentence(options, likeliest_wrong(options, self.first))
 
+    def config_in_full(self, chart: TimedChart | None) -> DetectorConfig:
+        """The configuration with all that it left out."""
+        config, window, feature = self.config, self.config.window, self.feature
+        every = window.every or (self.duration if window.by == "time" else None)
+        in_full: dict[str, Any] = {
+            "direction": self.direction,
+            "chart": chart,
+            "window": window.model_copy(update={"duration": self.duration, "every": every}),
+        }
+        if config.score is None:
+            in_full["options"] = feature.indicator.options.model_dump(mode="json")
+            in_full["output"] = feature.label.removeprefix(f"{config.indicator}.")
+        else:
+            in_full["indicators"] = stated_indicators(feature.indicators, in_full=True)
+        return config.model_copy(update=in_full)
+
+    def positive(self, used: Feature) -> tuple[str, ...]:
+        """Outputs that can only be positive, and are so in all windows."""
+        doubts = {(doubt.where, doubt.kind) for each in self.complete for doubt in each.doubts}
+        names = (name for name, each in used.outputs.items() if each.is_positive)
+        return tuple(name for name in names if (name, "not_positive") not in doubts)
+
+    def fits(self, used: Feature, of_fleet: Mapping[str, float]) -> dict[str, float]:
+        """Output that states how well the model explains a window → largest value without a doubt."""
+        usual = {name: each.possible[1] or 0.0 for name, each in used.outputs.items() if each.is_fit}
+        return {
+            name: max(value, *(each.fits[name] for each in self.complete), of_fleet.get(name, value))
+            for name, value in usual.items()
+        }
+
     def basis(self, sources: Sequence[str], healthy: Scale, fleet: str) -> Basis:
         """The data behind a detector."""
         spreads = verdicts.standardised(self.scores, healthy, self.direction)
@@ -365,7 +402,23 @@ def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterato
             yield from windows
 
 
-def with_score(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
+def healthy_scores(
+    healthy: RecordSource, config: DetectorConfig, fleet: DetectorFile | None, fleet_name: str
+) -> HealthyScores:
+    """What is measured of healthy records: the numbers that are asked for, or those of a fleet."""
+    drive = _drive(healthy, config.window.channel) if config.window.by == "cycle" else None
+    batches = (batch for batch in healthy.batches(labels=True) if batch.n_record)
+    if (first := next(batches, None)) is None:
+        raise NotStatedError(f"{healthy.name}: no healthy record")
+    if fleet is not None and first.sampling_frequency != fleet.sampling_frequency:
+        found, wanted = first.sampling_frequency, fleet.sampling_frequency
+        raise DataError(f"{healthy.name}: is sampled at {found:g} Hz, but {fleet_name} at {wanted:g} Hz")
+    scored = HealthyScores(config if fleet else _with_score(config, first), first, drive)
+    scored.read(chain([first], batches))
+    return scored
+
+
+def _with_score(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
     """The same with a second alarm, unless an output is stated: on the flow through all clearances; and with
     the effect of the oil temperature taken out, if that is measured.
     """
@@ -389,7 +442,7 @@ def with_score(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
     return config.model_copy(update=own)
 
 
-def drive_of(healthy: RecordSource, channel: Channel) -> tuple[float, float]:
+def _drive(healthy: RecordSource, channel: Channel) -> tuple[float, float]:
     """Lowest and highest value of the channel whose edges start cycles, over all healthy records."""
     low, high = np.inf, -np.inf
     for batch in healthy.batches(labels=True):

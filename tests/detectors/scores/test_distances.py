@@ -16,39 +16,26 @@ def healthy_scores(score, fit, records):
     return score.fit(fit, np.zeros(len(fit), dtype=bool)).score(records)
 
 
-def test_without_shrinkage_the_distance_is_that_of_the_textbook():
-    draw = np.random.default_rng(2)
-    fit, records = draw.normal(size=(100, 3)), draw.normal(size=(20, 3))
-    apart = records - fit.mean(axis=0)
-    inverse = np.linalg.inv(np.cov(fit, rowvar=False, bias=True))
-    expected = np.einsum("ij,jk,ik->i", apart, inverse, apart)
-    found = healthy_scores(make_score("mahalanobis", {"shrinkage": 0.0}), fit, records)
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
-
-
-def test_a_stated_shrinkage_is_that_of_standardised_features():
+@pytest.mark.parametrize("shrinkage", [0.0, 0.2])
+def test_the_distance_is_that_of_the_textbook_with_the_stated_shrinkage_of_standardised_features(shrinkage):
     draw = np.random.default_rng(3)
     fit, records = draw.normal(size=(30, 10)) * np.logspace(0, 6, 10), draw.normal(size=(20, 10))
     low, centre, high = np.quantile(fit, [0.25, 0.5, 0.75], axis=0)
     scale = (high - low) / 1.3489795003921634
-    reference = ShrunkCovariance(shrinkage=0.2).fit((fit - centre) / scale)
-    expected = reference.mahalanobis((records - centre) / scale)
-    found = healthy_scores(make_score("mahalanobis", {"shrinkage": 0.2}), fit, records)
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
-
-
-def area_of_a_fault(options, n_fit):
-    """Of one across four nuisances that rule 20 features, so that healthy records hardly vary along it."""
-    population = Population(n_feature=20, noise=0.03, seed=4)
-    fit, healthy, faulty = population.records(n_fit), population.records(300), population.records(300, 0.03)
-    score = make_score("mahalanobis", options)
-    return area_under_curve(*(healthy_scores(score, fit, part) for part in (healthy, faulty))).value
+    reference = ShrunkCovariance(shrinkage=shrinkage).fit((fit - centre) / scale)
+    found = healthy_scores(make_score("mahalanobis", {"shrinkage": shrinkage}), fit, records)
+    np.testing.assert_allclose(found, reference.mahalanobis((records - centre) / scale), rtol=1e-9)
 
 
 def test_the_shrinkage_that_fit_records_choose_leaves_small_faults_across_nuisances():
+    """Four nuisances rule 20 features, so that healthy records hardly vary along the fault."""
     population = Population(n_feature=20, noise=0.03, seed=4)
-    of_ledoit_and_wolf = LedoitWolf().fit(population.records(300)).shrinkage_
-    assert area_of_a_fault({}, 300) > area_of_a_fault({"shrinkage": of_ledoit_and_wolf}, 300) + 0.1
+    fit, healthy, faulty = (population.records(300, severity) for severity in (0.0, 0.0, 0.03))
+    areas = []
+    for options in ({}, {"shrinkage": LedoitWolf().fit(fit).shrinkage_}):
+        score = make_score("mahalanobis", options)
+        areas.append(area_under_curve(*(healthy_scores(score, fit, part) for part in (healthy, faulty))).value)
+    assert areas[0] > areas[1] + 0.1
 
 
 def test_distances_of_fresh_gaussian_records_follow_chi_squared():
@@ -58,25 +45,17 @@ def test_distances_of_fresh_gaussian_records_follow_chi_squared():
     assert kstest(healthy_scores(make_score("mahalanobis"), fit, fresh), chi2(5).cdf).pvalue > 1e-3
 
 
-def ring(draw, n_record, radius):
-    angle = draw.uniform(0.0, 2.0 * np.pi, n_record)
-    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return radius * around + 0.05 * draw.normal(size=(n_record, 2))
-
-
 def test_one_class_sees_a_hole_among_healthy_records_and_the_distance_does_not():
     draw = np.random.default_rng(7)
-    fit, healthy, faulty = ring(draw, 300, 1.0), ring(draw, 300, 1.0), 0.1 * draw.normal(size=(300, 2))
-    one_class = make_score("one_class", {"width": 0.3})
-    inside = area_under_curve(*(healthy_scores(one_class, fit, part) for part in (healthy, faulty)))
-    assert inside.low > 0.95
-    distance = area_under_curve(
-        *(healthy_scores(make_score("mahalanobis"), fit, part) for part in (healthy, faulty))
-    )
-    assert distance.high < 0.05
+    angles, noise = draw.uniform(0.0, 2.0 * np.pi, (2, 300)), 0.05 * draw.normal(size=(2, 300, 2))
+    fit, healthy = np.stack([np.cos(angles), np.sin(angles)], axis=2) + noise
+    parts = healthy, 0.1 * draw.normal(size=(300, 2))
+    one_class, distance = make_score("one_class", {"width": 0.3}), make_score("mahalanobis")
+    assert area_under_curve(*(healthy_scores(one_class, fit, part) for part in parts)).low > 0.95
+    assert area_under_curve(*(healthy_scores(distance, fit, part) for part in parts)).high < 0.05
 
 
-@pytest.mark.parametrize("outside", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("outside", [0.02, 0.3])
 def test_at_most_the_stated_share_of_fit_records_lies_outside(outside):
     fit = Population(seed=8).records(1000)
     scores = healthy_scores(make_score("one_class", {"outside": outside}), fit, fit)
@@ -100,10 +79,8 @@ def records(draw, n_record, fault=0.0, nuisance=(-1.0, 1.0), proxy_fault=0.0):
     return np.stack([feature, 500.0 + 100.0 * stiffness + proxy_fault], axis=1)
 
 
-def fitted(values, is_faulty=None):
-    return make_score("compensated").fit(
-        values, np.zeros(len(values), bool) if is_faulty is None else is_faulty
-    )
+def fitted(values):
+    return make_score("compensated").fit(values, np.zeros(len(values), bool))
 
 
 def test_a_nuisance_goes_and_the_effect_of_the_fault_stays():
@@ -180,15 +157,6 @@ def test_a_fault_that_only_shows_across_a_nuisance_is_found_whatever_the_nuisanc
     assert np.mean(shifted > np.quantile(healthy, 0.99)) < 0.3
 
 
-@learners
-def test_records_that_lie_wholly_apart_and_features_given_twice_are_no_obstacle(name):
-    draw = np.random.default_rng(6)
-    is_faulty = np.arange(40) >= 20
-    values = draw.normal(size=(40, 5)) + 50.0 * is_faulty[:, None]
-    scores = make_score(name).fit(np.hstack([values, values]), is_faulty).score(np.hstack([values, values]))
-    assert scores[is_faulty].min() > scores[~is_faulty].max()
-
-
 def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
     draw = np.random.default_rng(8)
     spreads, apart = np.array([[1.0, 1.0], [1.0, 3.0]]), np.array([1.0, 1.0])
@@ -199,34 +167,6 @@ def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
     model = make_score("lda").fit(np.vstack([healthy, faulty + apart]), is_faulty)
     np.testing.assert_allclose(weights_of(model, 2), apart / np.mean(spreads**2, axis=0), atol=0.05)
     assert model.score([apart / 2.0])[0] == pytest.approx(0.0, abs=0.05)
-
-
-def area(scores, is_faulty):
-    return area_under_curve(scores[~is_faulty], scores[is_faulty], confidence=0.999)
-
-
-@learners
-def test_shuffled_labels_tell_nothing_but_where_models_score_what_they_saw(name):
-    population, draw, score = Population(n_feature=30, seed=1), np.random.default_rng(1), make_score(name)
-    values = population.records(400)
-    shuffled = draw.permutation(np.arange(400) >= 200)
-    apart = area(cross_fitted_scores(score, values, shuffled), shuffled)
-    assert apart.low <= 0.5 <= apart.high
-    if name == "lda":
-        seen = area(score.fit(values, shuffled).score(values), shuffled)
-        assert seen.low > 0.5
-
-
-@learners
-def test_labels_of_groups_tell_nothing_where_whole_groups_are_left_out(name):
-    draw, score = np.random.default_rng(2), make_score(name)
-    unit = np.repeat(np.arange(40), 10)
-    values = (3.0 * draw.normal(size=(40, 15)))[unit] + draw.normal(size=(400, 15))
-    is_faulty = draw.permutation(np.arange(40) >= 20)[unit]
-    by_record = area(cross_fitted_scores(score, values, is_faulty), is_faulty)
-    by_unit = cross_fitted_scores(score, values, is_faulty, [f"unit {number}" for number in unit])
-    assert by_record.low > 0.65
-    assert 0.2 < area(by_unit, is_faulty).value < 0.65
 
 
 @pytest.mark.parametrize("is_fit", [np.arange(120) >= 0, np.arange(120) % 7 > 0], ids=["all fit", "six of 7"])
@@ -241,29 +181,24 @@ def test_no_record_is_scored_by_a_model_that_saw_its_group(name, is_fit):
     )
 
 
-def test_records_that_are_no_fit_records_are_scored_and_teach_nothing():
+def test_records_that_are_no_fit_records_are_scored_by_a_model_of_all_and_teach_nothing():
     values, is_faulty = Population(seed=4).labelled(60, 60, 1.0)
-    is_fit = np.arange(120) % 3 > 0
-    scores = cross_fitted_scores(make_score("lda"), values, is_faulty, is_fit=is_fit)
-    model = make_score("lda").fit(values[is_fit], is_faulty[is_fit])
+    is_fit, lda = np.arange(120) % 3 > 0, make_score("lda")
+    scores = cross_fitted_scores(lda, values, is_faulty, is_fit=is_fit)
+    model = lda.fit(values[is_fit], is_faulty[is_fit])
     np.testing.assert_array_equal(scores[~is_fit], model.score(values[~is_fit]))
     wild = np.where(is_fit[:, None], values, 1e3 * values)
-    others = cross_fitted_scores(make_score("lda"), wild, is_faulty, is_fit=is_fit)
+    others = cross_fitted_scores(lda, wild, is_faulty, is_fit=is_fit)
     np.testing.assert_array_equal(others[is_fit], scores[is_fit])
 
 
-def test_records_without_a_group_are_groups_by_themselves():
-    values, is_faulty = Population(seed=5).labelled(30, 30, 1.0)
-    expected = cross_fitted_scores(make_score("lda"), values, is_faulty, [f"{row:03}" for row in range(60)])
-    np.testing.assert_array_equal(
-        cross_fitted_scores(make_score("lda"), values, is_faulty, [""] * 60, n_fold=60),
-        cross_fitted_scores(make_score("lda"), values, is_faulty, n_fold=60),
-    )
-    np.testing.assert_array_equal(cross_fitted_scores(make_score("lda"), values, is_faulty), expected)
-
-
-def test_every_fold_has_records_of_both_kinds_where_there_are_enough():
+def test_records_without_a_group_are_groups_by_themselves_and_every_fold_has_both_kinds():
+    lda, (values, is_faulty) = make_score("lda"), Population(seed=5).labelled(30, 30, 1.0)
+    for groups, n_fold in (([""] * 60, 60), ([f"{row:03}" for row in range(60)], 10)):
+        np.testing.assert_array_equal(
+            cross_fitted_scores(lda, values, is_faulty, groups, n_fold=n_fold),
+            cross_fitted_scores(lda, values, is_faulty, n_fold=n_fold),
+        )
     values, is_faulty = Population(seed=7).labelled(95, 6, 5.0)
     for seed in range(20):
-        scores = cross_fitted_scores(make_score("lda"), values, is_faulty, n_fold=6, seed=seed)
-        assert np.isfinite(scores).all()
+        assert np.isfinite(cross_fitted_scores(lda, values, is_faulty, n_fold=6, seed=seed)).all()

@@ -34,7 +34,9 @@ def test_the_shrinkage_that_fit_records_choose_leaves_small_faults_across_nuisan
     areas = []
     for options in ({}, {"shrinkage": LedoitWolf().fit(fit).shrinkage_}):
         score = make_score("mahalanobis", options)
-        areas.append(area_under_curve(*(healthy_scores(score, fit, part) for part in (healthy, faulty))).value)
+        areas.append(
+            area_under_curve(*(healthy_scores(score, fit, part) for part in (healthy, faulty))).value
+        )
     assert areas[0] > areas[1] + 0.1
 
 

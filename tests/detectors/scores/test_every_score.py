@@ -62,7 +62,9 @@ def test_what_is_not_measured_teaches_nothing_and_faulty_records_only_scores_tha
     model = fitted(name, more, np.append(is_faulty, [True, False, True, False]))
     np.testing.assert_array_equal(model.score(records), expected)
     otherwise = values + np.where(is_faulty, 7.0, 0.0)[:, None] * population.fault
-    assert (fitted(name, otherwise, is_faulty).score(records) == expected).all() != score_kind(name).needs_faulty
+    assert (fitted(name, otherwise, is_faulty).score(records) == expected).all() != score_kind(
+        name
+    ).needs_faulty
 
 
 def damages(data):

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from hydrofdi.api.detector import Detector
+import hydrofdi
 from hydrofdi.detectors.configuration import DetectorConfig
-from hydrofdi.detectors.detector import Detector as Trained
-from hydrofdi.detectors.file import Made
-from hydrofdi.detectors.training import train
+from hydrofdi.detectors.detector import Detector
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.scores import Direction
@@ -23,7 +21,6 @@ from hydrofdi.records.streams import Window
 from tests.commands import run_hydrofdi
 from tests.detectors.trained.healthy import PATTERN, Records, autoregressive, grouped
 
-MADE = Made(hydrofdi="1", time="")
 MEAN = {
     "indicator": "pressure_statistics",
     "output": "mean",
@@ -36,7 +33,7 @@ REPEATS = 100
 
 def trained(means, groups=(), labels=None, more=(), **config):
     records = Records(means, groups, labels, **dict(more))
-    return train(records, DetectorConfig.model_validate(MEAN | config), ["made"], MADE)
+    return Detector.fit(records, DetectorConfig.model_validate(MEAN | config)).file
 
 
 def normal(*shape, seed=0):
@@ -60,10 +57,9 @@ def test_the_interval_holds_the_rate_of_independent_windows():
 
 
 def test_a_tolerance_limit_keeps_the_rate_with_its_confidence():
-    below = 0
-    for seed in range(REPEATS):
-        below += norm.sf(trained(normal(100, 1, seed=seed), threshold="tolerance").limits.high) <= 0.05
-    assert below / REPEATS == pytest.approx(0.963, abs=3 * sqrt(0.963 * 0.037 / REPEATS))
+    highs = [trained(normal(100, 1, seed=s), threshold="tolerance").limits.high for s in range(REPEATS)]
+    share = np.mean(norm.sf(highs) <= 0.05)
+    assert share == pytest.approx(0.963, abs=3 * sqrt(0.963 * 0.037 / REPEATS))
 
 
 @pytest.mark.parametrize(
@@ -80,13 +76,22 @@ def test_the_interval_holds_the_rate_where_windows_of_a_record_or_group_depend_o
     assert share > 0.95 - 3 * sqrt(0.95 * 0.05 / REPEATS)
 
 
-def test_limits_are_those_of_the_windows():
-    means = normal(30, 4)
-    for direction in Direction:
-        limits = trained(means, direction=direction).limits
-        expected = quantile_threshold(means.ravel(), 0.05, direction=direction)
-        assert limits.low == (expected.low if np.isfinite(expected.low) else None)
-        assert limits.high == (expected.high if np.isfinite(expected.high) else None)
+@pytest.mark.parametrize("direction", Direction)
+def test_limits_are_those_of_the_scores_that_the_detector_gives_the_windows(direction):
+    means = normal(40, 1)
+    file = trained(means, direction=direction)
+    windows = [
+        Window(row, np.arange(4) / 4.0, {Channel.CHAMBER_1_PRESSURE: mean + PATTERN})
+        for row, mean in enumerate(means)
+    ]
+    scores = [verdict.score for verdict in Detector(file).score(windows)]
+    expected = quantile_threshold(scores, 0.05, direction=direction)
+    assert (file.limits.low is None, file.limits.high is None) == (
+        direction == "rising",
+        direction == "falling",
+    )
+    assert file.limits.low in (None, expected.low)
+    assert file.limits.high in (None, expected.high)
 
 
 def test_each_group_meets_the_limits_of_the_others():
@@ -98,11 +103,8 @@ def test_each_group_meets_the_limits_of_the_others():
     assert trained(means).limits.interval_rests_on == "records"
     assert trained(means.reshape(1, -1)).limits.interval_rests_on == "windows"
     assert trained(means.reshape(-1, 1)).limits.interval_rests_on == "windows"
-
-
-def test_where_too_few_windows_are_left_without_a_record_they_count_as_independent():
     two, one = (trained(normal(*shape), false_alarm_rate=0.01).limits for shape in ((2, 60), (1, 120)))
-    assert two.interval_rests_on == one.interval_rests_on == "windows"
+    assert two.interval_rests_on == "windows", "too few are left without a record"
     assert two.interval == one.interval
 
 
@@ -111,17 +113,6 @@ def test_windows_that_set_limits_do_not_overlap_even_where_the_detector_slides()
     assert sliding.basis.n_window == 120
     assert sliding.limits == trained(normal(10, 12)).limits
     assert trained(normal(10, 12), window={"duration": 2.0, "every": 0.75}).basis.n_window == 50
-
-
-def test_a_limit_is_the_score_that_the_detector_gives_that_window():
-    means = normal(40, 1)
-    file = trained(means)
-    windows = [
-        Window(row, np.arange(4) / 4.0, {Channel.CHAMBER_1_PRESSURE: mean + PATTERN})
-        for row, mean in enumerate(means)
-    ]
-    scores = [verdict.score for verdict in Trained(file).score(windows)]
-    assert sorted(scores)[-2] == file.limits.high
 
 
 @pytest.mark.parametrize(
@@ -136,7 +127,7 @@ def test_a_record_mostly_far_beyond_the_others_where_a_leak_moves_it_is_named(
     means[7, first:] += shift
     file = trained(means, direction=direction)
     assert file.basis.outlying == ({"made record 7": 10} if is_named else {})
-    assert ("made record 7 (10 windows)" in Detector(file).summary) is is_named
+    assert ("made record 7 (10 windows)" in hydrofdi.Detector(file).summary) is is_named
 
 
 def test_too_few_windows_are_refused_with_the_number_that_is_needed():
@@ -170,7 +161,7 @@ def charted(means, **more):
     return trained(means, chart=chart | more).chart
 
 
-def test_the_limit_of_a_chart_is_that_of_scores_in_their_order():
+def test_the_limit_of_a_chart_is_that_of_scores_in_their_order_turned_where_a_leak_lowers_them():
     drawn = autoregressive(np.random.default_rng(3), (20, 100), 0.9)
     in_order, shuffled = charted(drawn), charted(np.random.default_rng(4).permuted(drawn, axis=1))
     assert in_order.limit > 2.0 * shuffled.limit
@@ -180,12 +171,9 @@ def test_the_limit_of_a_chart_is_that_of_scores_in_their_order():
     long = charted(normal(1, 2000))
     assert long.rests_on == "pieces"
     assert long.mean_time == pytest.approx(200.0, rel=0.2)
-
-
-def test_a_chart_on_scores_that_a_leak_lowers_is_that_of_the_turned_scores():
-    means = normal(20, 100)
-    mirrored = trained(-means, direction="falling", chart={"chart": "ewma", "false_alarm_every": 100.0})
-    straight = trained(means, chart={"chart": "ewma", "false_alarm_every": 100.0})
+    chart = {"chart": "ewma", "false_alarm_every": 100.0}
+    mirrored = trained(-normal(20, 100), direction="falling", chart=chart)
+    straight = trained(normal(20, 100), chart=chart)
     assert mirrored.chart.limit == pytest.approx(straight.chart.limit)
     assert mirrored.config.chart.options["direction"] == "rising"
 
@@ -236,16 +224,6 @@ def population(folder, name, seed, n_record, study=None, motion=MOTION, **more):
 LEAKS = {"faults": {"leakage.internal_flow": ["2 L/min"], "each": 10, "fit": 0, "severity": "level"}}
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("promise")
-
-
-@pytest.fixture(scope="module")
-def promise_trained(folder):
-    return detector(folder, population(folder, "healthy", 3, 40))
-
-
 def detector(folder, healthy):
     out = folder / f"{healthy.stem}.json"
     flags = ["--indicator", "flow_balance", "--window", "2 s", "--false-alarm-rate", "5 %"]
@@ -258,33 +236,28 @@ def summary(promise_trained, source, *flags):
     return json.loads(ended.stdout)["summary"]
 
 
-def test_other_healthy_machines_alarm_as_often_as_promised(folder, promise_trained):
-    found = summary(promise_trained, population(folder, "others", 4, 40))
+def test_other_healthy_machines_alarm_as_promised_and_leaks_are_found(tmp_path):
+    path = detector(tmp_path, population(tmp_path, "healthy", 3, 40))
+    found = summary(path, population(tmp_path, "others", 4, 40))
     low, high = found["alarm_share_interval"]
-    promised = json.loads(promise_trained.read_text())["limits"]["interval"]
+    promised = json.loads(path.read_text())["limits"]["interval"]
     assert found["n_judged"] > 70
     assert low <= promised[1]
     assert promised[0] <= high
     assert found["alarm_share"] < 0.15
-
-
-def test_a_leak_is_found(folder, promise_trained):
-    told = Detector.load(promise_trained).judge(population(folder, "leak", 5, 1, LEAKS))
+    told = hydrofdi.detect(path, population(tmp_path, "leak", 5, 1, LEAKS))
     assert sum(cause.endswith("hole or score") for cause in told["cause"]) > 0.7 * sum(told["alarm"])
-    found = summary(promise_trained, folder / "leak.yaml")
+    found = summary(path, tmp_path / "leak.yaml")
     assert found["alarm_share"] > 0.7
     assert "novel" not in found["not_judged"]
-
-
-def test_a_machine_at_another_supply_pressure_is_novel_and_no_alarm(folder, promise_trained):
-    found = summary(promise_trained, population(folder, "weak", 8, 5, supply={"pressure": "12 MPa"}))
+    found = summary(path, population(tmp_path, "weak", 8, 5, supply={"pressure": "12 MPa"}))
     assert found["n_alarm"] == 0
     assert found["not_judged"].keys() == {"novel"}
 
 
 @pytest.mark.long
-def test_a_large_leak_is_an_alarm_and_not_novel_in_open_loop(folder):
-    promise_trained = detector(folder, population(folder, "open", 3, 30, motion=[]))
-    found = summary(promise_trained, population(folder, "large", 5, 1, LEAKS, motion=[]))
+def test_a_large_leak_is_an_alarm_and_not_novel_in_open_loop(tmp_path):
+    path = detector(tmp_path, population(tmp_path, "open", 3, 30, motion=[]))
+    found = summary(path, population(tmp_path, "large", 5, 1, LEAKS, motion=[]))
     assert "novel" not in found["not_judged"]
     assert found["alarm_share"] > 0.7

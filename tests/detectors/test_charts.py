@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from hydrofdi.detectors.charts import Delays, FalseAlarms, delays, members, operations
 from hydrofdi.detectors.rules import chart_names, make_chart
 from hydrofdi.errors import NotStatedError
+from tests.detectors.trained.healthy import autoregressive
 
 SHORT = {"glr": {"window": 20}}
 
@@ -112,10 +112,10 @@ INTERVAL = 0.1
 def test_the_interval_of_the_mean_time_covers_it(memory, between, n_stream, wanted):
     """The truth is counted over 60,000 seconds of the same kind."""
     chart = make_chart("cusum")
-    long = autoregressive(999, 600_000 // 100, 100, memory, between)
+    long = dependent(999, 600_000 // 100, 100, memory, between)
     held, inverse = 0, []
     for seed in range(60):
-        limit = cusum(autoregressive(seed, n_stream, 100, memory, between), INTERVAL, n_draw=40).limit(wanted)
+        limit = cusum(dependent(seed, n_stream, 100, memory, between), INTERVAL, n_draw=40).limit(wanted)
         truth = true_mean_time(chart, limit.value, long, INTERVAL)
         held += limit.low <= truth <= limit.high
         inverse.append(wanted / truth)
@@ -129,16 +129,16 @@ def cusum(scores, interval=1.0, **more):
 
 def test_independent_tables_do_not_hold_for_dependent_scores():
     wanted, limit = 1000.0, 5.757350  # Page's integral equation, solved for independent normal scores
-    assert cusum(autoregressive(1, 200, 500, 0.8)).at(limit).high < wanted / 5.0
-    found = cusum(autoregressive(1, 200, 500, 0.0)).at(limit)
+    assert cusum(dependent(1, 200, 500, 0.8)).at(limit).high < wanted / 5.0
+    found = cusum(dependent(1, 200, 500, 0.0)).at(limit)
     assert found.low < wanted < found.high
     # records of 5 scores are joined: this limit needs some 10
-    joined = cusum(autoregressive(2, 4000, 5, 0.0)).at(4.171316)
+    joined = cusum(dependent(2, 4000, 5, 0.0)).at(4.171316)
     assert joined.mean_time == pytest.approx(200.0, rel=0.15)
 
 
 def test_a_mean_time_beyond_the_data_is_refused_with_what_is_needed():
-    healthy = cusum(autoregressive(3, 100, 360, 0.5))
+    healthy = cusum(dependent(3, 100, 360, 0.5))
     with pytest.raises(
         NotStatedError, match="24 h between false alarms needs 24 h of healthy scores, not 10 h"
     ) as refusal:
@@ -150,7 +150,7 @@ def test_a_mean_time_beyond_the_data_is_refused_with_what_is_needed():
 
 
 def test_without_an_alarm_the_mean_time_has_a_lower_end_alone_and_missing_scores_take_no_time():
-    scores = autoregressive(4, 50, 100, 0.5)
+    scores = dependent(4, 50, 100, 0.5)
     scores[:, :20] = np.nan
     found = cusum(scores, 0.5).at(1e6)
     assert found.mean_time == found.high == np.inf
@@ -169,7 +169,7 @@ def test_alarms_of_one_record_count_as_one():
 
 
 def test_records_of_a_group_are_drawn_together():
-    scores = autoregressive(5, 10, 50, 0.5)
+    scores = dependent(5, 10, 50, 0.5)
     scores[::2] += 2.0
     groups = [f"unit {stream % 2 + 2 * (stream // 4)}" for stream in range(10)]
     apart, together = cusum(scores).at(8.0), cusum(scores, groups=groups).at(8.0)
@@ -189,7 +189,7 @@ def test_every_group_comes_equally_often_and_whole():
 
 
 def test_a_statistic_that_is_zero_nearly_always_has_no_limit_for_a_short_time():
-    healthy = FalseAlarms(make_chart("cusum", {"shift": 8.0}), autoregressive(0, 60, 100, 0.5), INTERVAL)
+    healthy = FalseAlarms(make_chart("cusum", {"shift": 8.0}), dependent(0, 60, 100, 0.5), INTERVAL)
     with pytest.raises(NotStatedError, match="no limit above 0 has so many false alarms"):
         healthy.limit(1.0)
 
@@ -240,11 +240,10 @@ def test_intervals_of_quantiles_cover_and_leaks_that_are_not_found_make_quantile
     assert some.quantile(0.5).high == some.quantile(0.9).value == np.inf
 
 
-def autoregressive(seed, n_stream, n_time, memory, between=0.0):
+def dependent(seed, n_stream, n_time, memory, between=0.0):
     """Scores of unit variance with correlation `memory` from one to the next, and offsets of streams."""
     draw = np.random.default_rng(seed)
-    noise = draw.standard_normal((n_stream, n_time + 100))
-    scores = lfilter([np.sqrt(1.0 - memory**2)], [1.0, -memory], noise, axis=1)[:, 100:]
+    scores = autoregressive(draw, (n_stream, n_time), memory)
     return scores + between * draw.standard_normal((n_stream, 1))
 
 

@@ -45,12 +45,9 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
     config = DetectorConfig.model_validate({"indicator": indicator, **more})
     feature = feature_of(config)
     config = config.model_copy(update={"output": config.output or feature.described.name})
+    samples = {each: [window.channels[each] for window in ranges] for each in feature.indicator.channels}
     learned = {
-        channel: learned_range(
-            channel, [channel_facts(np.stack([each.channels[channel] for each in ranges]))]
-        )
-        for channel in feature.indicator.channels
-        if ranges
+        each: learned_range(each, [channel_facts(np.stack(own))]) for each, own in samples.items() if own
     }
     low, high = limits
     return DetectorFile.model_validate(

@@ -99,11 +99,8 @@ def test_the_key_that_is_wrong_is_named(record, load, mistake):
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "", "[" * 100_000, '{"schema": "hydrofdi.detector", "schema": 1}', '{"limit": NaN}',
-        '{"limit": 1e999}',
-        f'{{"limit": {"9" * 5000}}}', b"\xff\xfe{}", "[1]",
-    ],
+    ["", "[" * 100_000, '{"schema": "hydrofdi.detector", "schema": 1}', '{"limit": NaN}', '{"limit": 1e999}',
+     f'{{"limit": {"9" * 5000}}}', b"\xff\xfe{}", "[1]"],
 )  # fmt: skip
 def test_what_is_no_detector_is_refused_in_one_line(load, text):
     with pytest.raises(ConfigError, match=r"^.*detector\.json: .*") as error:

@@ -18,7 +18,6 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
-from tests.commands import run_hydrofdi
 from tests.detectors.trained.healthy import PATTERN, Records, autoregressive, grouped
 
 MEAN = {
@@ -108,9 +107,7 @@ def test_windows_that_set_limits_do_not_overlap_even_where_the_detector_slides()
     [("rising", 12.0, 0, True), ("rising", -12.0, 0, False), ("falling", -12.0, 0, True),
      ("both", -12.0, 0, True), ("rising", 3.0, 0, False), ("rising", 12.0, 5, False)],
 )  # fmt: skip
-def test_a_record_mostly_far_beyond_the_others_where_a_leak_moves_it_is_named(
-    direction, shift, first, is_named
-):
+def test_a_record_mostly_far_beyond_the_others_is_named(direction, shift, first, is_named):
     means = normal(20, 10)
     means[7, first:] += shift
     file = trained(means, direction=direction)
@@ -132,7 +129,7 @@ def test_too_few_windows_are_refused_with_the_number_that_is_needed():
             trained(means, groups, **more)
 
 
-def test_windows_that_cannot_be_judged_teach_nothing_and_last_as_long_as_records_where_none_is_stated():
+def test_windows_that_cannot_be_judged_teach_nothing_and_last_as_long_as_records_by_default():
     means = normal(30, 3)
     means[3, 2] = np.nan
     for window, n_window, fault in (({}, 29, "missing"), (MEAN["window"], 89, "missing_channel")):
@@ -144,9 +141,8 @@ def test_windows_that_cannot_be_judged_teach_nothing_and_last_as_long_as_records
         assert file.config.window.every == duration
 
 
-def charted(means, **more):
-    chart = {"chart": "cusum", "options": {"shift": 1}, "false_alarm_every": 200.0}
-    return trained(means, chart=chart | more).chart
+def charted(means, every=200.0):
+    return trained(means, chart={"chart": "cusum", "false_alarm_every": every}).chart
 
 
 def test_the_limit_of_a_chart_is_that_of_scores_in_their_order_turned_where_a_leak_lowers_them():
@@ -178,7 +174,7 @@ def test_with_a_chart_too_few_windows_for_the_threshold_are_no_obstacle():
     with pytest.raises(NotStatedError):
         trained(means, false_alarm_rate=0.001)
     with pytest.raises(NotStatedError, match=r"needs 24 h of healthy scores, not 0.556 h$"):
-        charted(normal(20, 100), false_alarm_every=86400.0)
+        charted(normal(20, 100), 86400.0)
 
 
 def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
@@ -196,56 +192,50 @@ def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
 
 
 CONFIGS = Path(__file__).parents[3] / "configs"
-MOTION = [str(CONFIGS / "motions" / "closed-loop.yaml")]
+CLOSED = "motions/closed-loop.yaml"
+LEAKS = {"faults": {"leakage.internal_flow": ["2 L/min"], "each": 10, "fit": 0, "severity": "level"}}
 
 
-def population(folder, name, seed, n_record, study=None, motion=MOTION, **more):
+def population(folder, name, seed, n_record, motion=(CLOSED,), study=None, **more):
     """Machines at work of which nobody knows more than the data sheet."""
     healthy = {"population": {"seed": seed}, "healthy": {"fit": n_record, "test": 1, "shift": 1}}
-    base = [str(CONFIGS / "populations" / "unknown-plant.yaml"), *motion]
-    record = {"name": name, "extends": base, "record": {"duration": "4 s"}, "study": healthy | (study or {})}
+    base = [str(CONFIGS / each) for each in ("populations/unknown-plant.yaml", *motion)]
     path = folder / f"{name}.yaml"
+    record = {"extends": base, "record": {"duration": "4 s"}, "study": healthy | (study or {})}
     path.write_text(json.dumps(record | more), encoding="utf-8")
     return path
 
 
-LEAKS = {"faults": {"leakage.internal_flow": ["2 L/min"], "each": 10, "fit": 0, "severity": "level"}}
+def of_machines(healthy):
+    return hydrofdi.train(healthy, "flow_balance", window="2 s", false_alarm_rate="5 %")
 
 
-def detector(folder, healthy):
-    out = folder / f"{healthy.stem}.json"
-    flags = ["--indicator", "flow_balance", "--window", "2 s", "--false-alarm-rate", "5 %"]
-    assert run_hydrofdi("train", healthy, *flags, "--out", out).returncode == 0
-    return out
-
-
-def summary(promise_trained, source, *flags):
-    ended = run_hydrofdi("detect", promise_trained, source, "--json", *flags)
-    return json.loads(ended.stdout)["summary"]
+def summary(detector, source):
+    windows = detector.windows(source)
+    return json.loads("".join(windows.json()))["summary"]
 
 
 def test_other_healthy_machines_alarm_as_promised_and_leaks_are_found(tmp_path):
-    path = detector(tmp_path, population(tmp_path, "healthy", 3, 40))
-    found = summary(path, population(tmp_path, "others", 4, 40))
-    low, high = found["alarm_share_interval"]
-    promised = json.loads(path.read_text())["limits"]["interval"]
+    detector = of_machines(population(tmp_path, "healthy", 3, 40))
+    found = summary(detector, population(tmp_path, "others", 4, 40))
+    (low, high), promised = found["alarm_share_interval"], detector.file.limits.interval
     assert found["n_judged"] > 70
     assert low <= promised[1]
     assert promised[0] <= high
     assert found["alarm_share"] < 0.15
-    told = hydrofdi.detect(path, population(tmp_path, "leak", 5, 1, LEAKS))
+    told = detector.judge(population(tmp_path, "leak", 5, 1, study=LEAKS))
     assert sum(cause.endswith("hole or score") for cause in told["cause"]) > 0.7 * sum(told["alarm"])
-    found = summary(path, tmp_path / "leak.yaml")
+    found = summary(detector, tmp_path / "leak.yaml")
     assert found["alarm_share"] > 0.7
     assert "novel" not in found["not_judged"]
-    found = summary(path, population(tmp_path, "weak", 8, 5, supply={"pressure": "12 MPa"}))
+    found = summary(detector, population(tmp_path, "weak", 8, 5, supply={"pressure": "12 MPa"}))
     assert found["n_alarm"] == 0
     assert found["not_judged"].keys() == {"novel"}
 
 
 @pytest.mark.long
 def test_a_large_leak_is_an_alarm_and_not_novel_in_open_loop(tmp_path):
-    path = detector(tmp_path, population(tmp_path, "open", 3, 30, motion=[]))
-    found = summary(path, population(tmp_path, "large", 5, 1, LEAKS, motion=[]))
+    detector = of_machines(population(tmp_path, "open", 3, 30, []))
+    found = summary(detector, population(tmp_path, "large", 5, 1, [], LEAKS))
     assert "novel" not in found["not_judged"]
     assert found["alarm_share"] > 0.7

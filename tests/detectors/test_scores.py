@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -17,24 +16,18 @@ from hydrofdi.evaluation.rates import area_under_curve, learned_direction
 from hydrofdi.evaluation.scores import suspicion
 
 
-@dataclass
 class Population:
     """Features that four uniform nuisances move along curves; a fault moves them along a line of its own."""
 
-    n_feature: int = 6
-    noise: float = 0.1
-    seed: int = 0
-    draw: np.random.Generator = field(init=False)
-
-    def __post_init__(self):
-        self.draw = np.random.default_rng(self.seed)
-        self.slopes = self.draw.normal(size=(4, self.n_feature))
-        self.curves = 0.3 * self.draw.normal(size=(4, self.n_feature))
-        self.fault = self.draw.normal(size=self.n_feature)
+    def __init__(self, n_feature=6, noise=0.1, seed=1):
+        self.draw, self.noise = np.random.default_rng(seed), noise
+        shape = 4, n_feature
+        self.slopes, self.curves = self.draw.normal(size=shape), 0.3 * self.draw.normal(size=shape)
+        self.fault = self.draw.normal(size=n_feature)
 
     def records(self, n_record, severity=0.0):
         nuisance = self.draw.uniform(-1.0, 1.0, (n_record, 4))
-        spread = self.noise * self.draw.normal(size=(n_record, self.n_feature))
+        spread = self.noise * self.draw.normal(size=(n_record, self.fault.size))
         return nuisance @ self.slopes + nuisance**2 @ self.curves + severity * self.fault + spread
 
     def labelled(self, n_healthy, n_faulty, severity):
@@ -46,18 +39,14 @@ every_score = pytest.mark.parametrize("name", score_names())
 standardised = pytest.mark.parametrize("name", [name for name in score_names() if name != "largest_change"])
 
 
-@pytest.fixture
-def population():
-    return Population(seed=1)
-
-
 def fitted(name, values, is_faulty=None, **options):
     no_fault = np.zeros(len(values), dtype=bool)
     return make_score(name, options).fit(values, no_fault if is_faulty is None else is_faulty)
 
 
 @every_score
-def test_a_large_fault_is_found_in_records_that_were_not_fitted_on(name, population):
+def test_a_large_fault_is_found_in_records_that_were_not_fitted_on(name):
+    population = Population()
     fit, test = population.labelled(300, 300, 2.0), population.labelled(500, 500, 2.0)
     score, model = score_kind(name), fitted(name, *fit)
     on_fit, on_test = model.score(fit[0]), model.score(test[0])
@@ -67,9 +56,8 @@ def test_a_large_fault_is_found_in_records_that_were_not_fitted_on(name, populat
 
 
 @every_score
-def test_a_record_scores_the_same_whatever_is_scored_with_it_and_has_no_score_if_it_is_not_measured(
-    name, population
-):
+def test_a_record_scores_the_same_whatever_is_scored_with_it_and_not_if_it_is_not_measured(name):
+    population = Population()
     model = fitted(name, *population.labelled(100, 100, 1.0))
     records = population.records(203, 0.5)
     together = model.score(records)
@@ -83,16 +71,16 @@ def test_a_record_scores_the_same_whatever_is_scored_with_it_and_has_no_score_if
 
 
 @every_score
-def test_what_is_not_measured_teaches_nothing_and_faulty_records_only_scores_that_need_them(name, population):
+def test_what_is_not_measured_teaches_nothing_and_faulty_records_only_scores_that_need_them(name):
+    population = Population()
     values, is_faulty = population.labelled(100, 100, 1.0)
     records = population.records(20)
     expected = fitted(name, values, is_faulty).score(records)
     more = np.vstack([values, np.full((4, 6), np.nan)]), np.append(is_faulty, [True, False, True, False])
     np.testing.assert_array_equal(fitted(name, *more).score(records), expected)
     otherwise = values + 7.0 * np.outer(is_faulty, population.fault)
-    assert (fitted(name, otherwise, is_faulty).score(records) == expected).all() != score_kind(
-        name
-    ).needs_faulty
+    is_same = np.array_equal(fitted(name, otherwise, is_faulty).score(records), expected)
+    assert is_same != score_kind(name).needs_faulty
 
 
 def damages(data):
@@ -109,7 +97,8 @@ def damages(data):
 
 
 @every_score
-def test_a_trained_rule_is_plain_data_that_scores_the_same_bits(name, population):
+def test_a_trained_rule_is_plain_data_that_scores_the_same_bits(name):
+    population = Population()
     model, records = fitted(name, *population.labelled(100, 100, 1.0)), population.records(20, 1.0)
     text = json.dumps(plain_data(model), allow_nan=False)
     again = from_data(score_kind(name).Trained, json.loads(text))
@@ -120,7 +109,8 @@ def test_a_trained_rule_is_plain_data_that_scores_the_same_bits(name, population
 
 
 @standardised
-def test_constant_features_and_units_do_nothing(name, population):
+def test_constant_features_and_units_do_nothing(name):
+    population = Population()
     values, is_faulty = population.labelled(100, 100, 1.0)
     records = population.records(50, 0.5)
     expected = fitted(name, values, is_faulty).score(records)
@@ -142,11 +132,23 @@ def test_a_feature_that_is_mostly_the_same_still_tells():
     assert distances[1] > distances[0] + 25.0
 
 
+@standardised
+def test_single_wild_fit_records_do_not_rule_a_fit(name):
+    population = Population(n_feature=5 if name == "compensated" else 8, seed=2)
+    (values, is_faulty), (test, truth) = (population.labelled(400, 400, 0.6) for _ in range(2))
+    wild, rows = values.copy(), np.arange(0, 800, 100)
+    wild[rows, np.arange(8) % values.shape[1]] = 1e6 * (-1.0) ** np.arange(8)
+    scores = [fitted(name, fit, is_faulty).score(test) for fit in (values, wild)]
+    calm, ruled = (area_under_curve(each[~truth], each[truth]).value for each in scores)
+    assert calm > (0.65 if name == "either" else 0.9)  # the fault is small in each feature
+    assert abs(calm - ruled) < 0.05
+
+
 @every_score
 @pytest.mark.parametrize("has_some", [False, True])
-def test_too_few_records_are_refused_in_a_sentence(name, has_some, population):
+def test_too_few_records_are_refused_in_a_sentence(name, has_some):
     n_measured = 0 if not has_some else 1 if name == "either" else 4
-    values, is_faulty = population.labelled(50, 50, 1.0)
+    values, is_faulty = Population().labelled(50, 50, 1.0)
     values[n_measured:50, 0] = np.nan
     with pytest.raises(NotStatedError, match=f"{n_measured}$"):
         fitted(name, values, is_faulty)
@@ -172,9 +174,7 @@ for name in score_names():
 
 def test_without_the_extra_scores_say_what_to_install():
     done = subprocess.run([sys.executable, "-c", WITHOUT_THE_EXTRA], capture_output=True, text=True)
-    assert (done.returncode, done.stdout.split()) == (0, ["compensated", "either", "largest_change"]), (
-        done.stderr
-    )
+    assert done.stdout.split() == ["compensated", "either", "largest_change"], done.stderr
 
 
 @pytest.mark.parametrize("shrinkage", [0.0, 0.2])
@@ -264,21 +264,13 @@ WEIGHTS = np.linalg.solve(COVARIANCE, DISTANCE)
 """Of the best line, and of the true log-odds: Anderson, Multivariate Analysis (2003), 6.4."""
 
 
-def weights_of(model, n_feature):
-    """The weights of a linear score, from its values alone."""
-    return model.score(np.eye(n_feature)) - model.score(np.zeros((1, n_feature)))
-
-
-learners = pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
-
-
-@learners
+@pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
 def test_weights_are_those_of_the_true_log_odds(name):
     draw = np.random.default_rng(1)
     is_faulty = np.arange(100_000) >= 50_000
     values = draw.multivariate_normal(np.zeros(3), COVARIANCE, size=100_000) + np.outer(is_faulty, DISTANCE)
-    found = weights_of(make_score(name).fit(values, is_faulty), 3)
-    np.testing.assert_allclose(found, WEIGHTS, atol=0.05)
+    origin, *ends = fitted(name, values, is_faulty).score(np.eye(4, 3, -1))
+    np.testing.assert_allclose(ends - origin, WEIGHTS, atol=0.05)
 
 
 def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
@@ -289,7 +281,8 @@ def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
     )
     is_faulty = np.arange(55_000) >= 50_000
     model = make_score("lda").fit(np.vstack([healthy, faulty + apart]), is_faulty)
-    np.testing.assert_allclose(weights_of(model, 2), apart / np.mean(spreads**2, axis=0), atol=0.05)
+    origin, *ends = model.score(np.eye(3, 2, -1))
+    np.testing.assert_allclose(ends - origin, apart / np.mean(spreads**2, axis=0), atol=0.05)
     assert model.score([apart / 2.0])[0] == pytest.approx(0.0, abs=0.05)
 
 
@@ -305,24 +298,25 @@ def test_no_record_is_scored_by_a_model_that_saw_its_group(name, is_fit):
     )
 
 
-def test_records_that_are_no_fit_records_are_scored_by_a_model_of_all_and_teach_nothing():
-    values, is_faulty = Population(seed=4).labelled(60, 60, 1.0)
-    is_fit, lda = np.arange(120) % 3 > 0, make_score("lda")
+def test_records_that_are_no_fit_records_teach_nothing_and_those_without_a_group_are_their_own():
+    lda, (values, is_faulty) = make_score("lda"), Population(seed=4).labelled(60, 60, 1.0)
+    is_fit = np.arange(120) % 3 > 0
     scores = cross_fitted_scores(lda, values, is_faulty, is_fit=is_fit)
     model = lda.fit(values[is_fit], is_faulty[is_fit])
     np.testing.assert_array_equal(scores[~is_fit], model.score(values[~is_fit]))
     wild = np.where(is_fit[:, None], values, 1e3 * values)
     others = cross_fitted_scores(lda, wild, is_faulty, is_fit=is_fit)
     np.testing.assert_array_equal(others[is_fit], scores[is_fit])
+    named = [f"{row:03}" for row in range(120)]
+    np.testing.assert_array_equal(
+        cross_fitted_scores(lda, values, is_faulty, named), cross_fitted_scores(lda, values, is_faulty)
+    )
+    apart = cross_fitted_scores(lda, values, is_faulty, [""] * 120, n_fold=120)
+    np.testing.assert_array_equal(apart, cross_fitted_scores(lda, values, is_faulty, n_fold=120))
 
 
-def test_records_without_a_group_are_groups_by_themselves_and_every_fold_has_both_kinds():
-    lda, (values, is_faulty) = make_score("lda"), Population(seed=5).labelled(30, 30, 1.0)
-    for groups, n_fold in (([""] * 60, 60), ([f"{row:03}" for row in range(60)], 10)):
-        np.testing.assert_array_equal(
-            cross_fitted_scores(lda, values, is_faulty, groups, n_fold=n_fold),
-            cross_fitted_scores(lda, values, is_faulty, n_fold=n_fold),
-        )
+def test_every_fold_has_both_kinds():
     values, is_faulty = Population(seed=7).labelled(95, 6, 5.0)
-    for seed in range(20):
-        assert np.isfinite(cross_fitted_scores(lda, values, is_faulty, n_fold=6, seed=seed)).all()
+    for seed in range(10):
+        scores = cross_fitted_scores(make_score("lda"), values, is_faulty, n_fold=6, seed=seed)
+        assert np.isfinite(scores).all()

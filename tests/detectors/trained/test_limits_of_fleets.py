@@ -42,12 +42,10 @@ def test_machines_of_a_fleet_keep_the_rate_and_the_interval(direction, n_own):
     rates, share = rates_and_cover(direction, n_own)
     assert share == pytest.approx(0.95, abs=3.0 * sqrt(0.95 * 0.05 / 200))
     assert rates.mean() == pytest.approx(0.01, abs=3.0 * rates.std() / sqrt(200))
-
-
-def test_few_machines_make_the_interval_wider_and_it_still_holds_the_rate():
-    rates, share = rates_and_cover(Direction.RISING, 5, n_fleet=6)
-    assert share > 0.95 - 3.0 * sqrt(0.95 * 0.05 / 200)
-    assert rates.mean() < 0.02
+    if (direction, n_own) == (Direction.RISING, 5):
+        rates, share = rates_and_cover(direction, n_own, n_fleet=6)
+        assert share > 0.95 - 3.0 * sqrt(0.95 * 0.05 / 200), "with few machines it is wider"
+        assert rates.mean() < 0.02
 
 
 def test_a_fleet_is_recovered_from_its_scores_and_fewer_than_five_machines_are_none():
@@ -62,22 +60,17 @@ def test_a_fleet_is_recovered_from_its_scores_and_fewer_than_five_machines_are_n
     assert fleet_of(scores[4:], of[4:]) is fleet_of(scores, np.arange(20)) is None
 
 
-def test_of_a_fleet_whose_machines_are_equally_noisy_the_limit_is_the_conjugate_one():
+def test_of_equally_noisy_machines_the_limit_is_the_conjugate_one_of_unknown_ones_that_of_student():
     fleet = TRUE.model_copy(update={"log_deviation": log(2.0), "log_deviation_deviation": 1e-9})
     own = np.array([4.0, 9.0, 7.0])
     precision = 1.0 / TAU**2 + 3.0 / 4.0
     mean = (MEAN / TAU**2 + own.sum() / 4.0) / precision
     expected = mean + norm.isf(0.01) * sqrt(4.0 + 1.0 / precision)
     assert posterior(own, fleet).high(0.01) == pytest.approx(expected, rel=1e-6)
-
-
-def test_of_a_fleet_that_says_nothing_the_limit_is_that_of_own_normal_scores():
     nothing = {"mean": 0.0, "mean_deviation": 1e4, "log_deviation": 0.0, "log_deviation_deviation": 30.0}
-    vague = TRUE.model_copy(update=nothing)
     own = np.random.default_rng(1).normal(50.0, 2.0, 20)
     student = own.mean() + t.isf(0.01, 19) * own.std(ddof=1) * sqrt(1.0 + 1.0 / 20.0)
-    found = posterior(own, vague)
-    assert found.high(0.01) == pytest.approx(student, rel=0.01)
+    assert posterior(own, TRUE.model_copy(update=nothing)).high(0.01) == pytest.approx(student, rel=0.01)
 
 
 def test_with_many_own_windows_the_limit_is_their_own():

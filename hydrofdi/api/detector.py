@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, Any, Self, TextIO
 import numpy as np
 
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors import configuration, detector
+from hydrofdi.detectors import configuration
+from hydrofdi.detectors.detector import Detector as TrainedDetector
 from hydrofdi.detectors.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.detectors.lines import Line, line_record
 from hydrofdi.detectors.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.detectors.windows import Tally, judged_windows
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
+from hydrofdi.indicators.measuring import used_channels
 from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.records.columns import RejectionError
@@ -39,10 +41,11 @@ if TYPE_CHECKING:
     from hydrofdi.store.experiment_data import ExperimentData
 
 
-class Detector(detector.Detector):
+class Detector(TrainedDetector):
     """A trained detector, which judges records and streams window by window.
 
-    `hydrofdi.train` makes one; `Detector.load` reads the file of one.
+    `fit` makes one of healthy records, which `hydrofdi.train` opens; `load` reads the file of one. `score`
+    judges windows; `start` and `step` lead through the samples of a stream.
 
     Attributes
     ----------
@@ -512,7 +515,7 @@ def train(
     if out is not None:
         require_place(path_of(out))
     feature = configuration.feature_of(stated)
-    needed = feature.channels | feature.optional_channels | {stated.window.channel}
+    needed = used_channels(feature.indicators) | {stated.window.channel}
     needed |= set() if best else {Channel.OIL_TEMPERATURE}  # a winner is trained as the study judged it
     if stored is None:
         sources = open_records(data, needed, Described(sampling_frequency, channel, unit, label, group))

@@ -456,7 +456,7 @@ def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp
     return [np.flatnonzero(group_of == group) for group in range(int(group_of.max(initial=-1)) + 1)]
 
 
-def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int = 0) -> Iterator[NDArray[np.intp]]:
+def operations(groups: list[NDArray[np.intp]], n_draw: int) -> Iterator[NDArray[np.intp]]:
     """Draw whole streams to be concatenated: block bootstrap with the streams of a group as blocks.
 
     Künsch, Annals of Statistics 17 (1989) 1217, with blocks given by records; balanced as in Davison, Hinkley
@@ -467,7 +467,7 @@ def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int = 0) -> It
     ndarray of int, shape (n_drawn,)
         Positions of streams; their number equals that of all streams if groups have equal size.
     """
-    order = np.random.default_rng(seed).permutation(np.tile(np.arange(len(groups)), n_draw))
+    order = np.random.default_rng(0).permutation(np.tile(np.arange(len(groups)), n_draw))
     for drawn in order.reshape(n_draw, len(groups)):
         yield np.concatenate([groups[group] for group in drawn])
 

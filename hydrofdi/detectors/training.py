@@ -28,7 +28,7 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import WindowOptions
 from hydrofdi.indicators.estimation.whole_record import likeliest_wrong, sentence
 from hydrofdi.indicators.faults import CAUSES, OF_LEAKS
-from hydrofdi.indicators.measuring import spool_remedy
+from hydrofdi.indicators.measuring import spool_remedy, used_channels
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.recording import found_period
 from hydrofdi.records.streams import Chunk, EvenStream, TimeWindower, Window, Windower
@@ -92,7 +92,7 @@ class HealthyScores:
             length = "give the length of each cycle, counted from its edge, as 'window' alone"
             raise ConfigError(f"by=cycle: {length}")
         self.config, self.first, self.drive, self.feature = config, first, drive, feature_of(config)
-        seen = self.feature.channels | (self.feature.optional_channels & first.channels.keys())
+        seen = self.feature.channels | (used_channels(self.feature.indicators) & first.channels.keys())
         seen |= {window.channel} if window.by == "cycle" else set()
         seen |= {verdicts.TEMPERATURE} & first.channels.keys()
         self.channels = tuple(channel for channel in Channel if channel in seen)

@@ -57,7 +57,7 @@ def fleet_of(scores: ArrayLike, groups: ArrayLike) -> Fleet | None:
     rows = [own for name in np.unique(names) if (own := values[names == name]).size > 1 and np.ptp(own) > 0.0]
     if len(rows) < FEWEST_GROUPS:
         return None
-    means, variances = (np.array([part(own) for own in rows]) for part in (np.mean, _variance))
+    means, variances = np.array([own.mean() for own in rows]), np.array([own.var(ddof=1) for own in rows])
     half = np.array([own.size - 1 for own in rows]) / 2.0
     # bias and variance of ln s of normal scores
     logs = np.log(variances) / 2.0 - (digamma(half) - np.log(half)) / 2.0
@@ -69,10 +69,6 @@ def fleet_of(scores: ArrayLike, groups: ArrayLike) -> Fleet | None:
         log_deviation=float(logs.mean()),
         log_deviation_deviation=_between(logs, polygamma(1, half) / 4.0),
     )
-
-
-def _variance(own: Array) -> float:
-    return float(own.var(ddof=1))
 
 
 def _between(values: Array, sampling: Array) -> float:
@@ -98,11 +94,6 @@ class Posterior:
     deviations: Array
     means: Array
     errors: Array
-
-    @property
-    def scale(self) -> tuple[float, float]:
-        """Expected mean and deviation of the scores of the machine."""
-        return float(self.weights @ self.means), float(self.weights @ self.deviations)
 
     def high(self, rate: float) -> float:
         """Limit that the next score exceeds with a probability."""
@@ -176,7 +167,7 @@ def fleet_limits(
     turned = Posterior(machine.weights, machine.deviations, -machine.means, machine.errors)
     low = -math.inf if direction is Direction.RISING else -turned.high(each)
     high = math.inf if direction is Direction.FALLING else machine.high(each)
-    centre, spread = machine.scale
+    centre, spread = float(machine.weights @ machine.means), float(machine.weights @ machine.deviations)
     limits = Limits(
         low=_finite(low),
         high=_finite(high),

@@ -8,7 +8,6 @@ from typing import Any
 from hydrofdi.detectors.file import LIKE, DetectorFile
 from hydrofdi.detectors.verdicts import Leak, coverage
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
-from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants
 from hydrofdi.settings.messages import (
     count_text,
@@ -70,15 +69,6 @@ def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | No
     return f"this may be chance: wait and see whether most of the next ten windows alarm, too ({_PAGE})"
 
 
-def _constants_text(indicator: Indicator[Any]) -> str:
-    """The constants of the plant with their values, ``piston_area = 633 mm^2``; empty if there are none."""
-    return ", ".join(
-        f"{name} = {shown_quantity(getattr(indicator.options, name), unit)}"
-        for name, unit in plant_constants(indicator.options).items()
-        if getattr(indicator.options, name)
-    )
-
-
 _HOUR = 3600.0
 _MOST_NAMED = 5
 
@@ -114,9 +104,15 @@ def sentences(
         )
     elif file.score is not None:
         yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."
-    for constants in dict.fromkeys(map(_constants_text, feature.indicators.values())):
-        if constants:
-            yield f"It takes the actuator as {constants}."
+    machines = (
+        ", ".join(
+            f"{name} = {shown_quantity(getattr(each.options, name), unit)}"
+            for name, unit in plant_constants(each.options).items()
+            if getattr(each.options, name)
+        )
+        for each in feature.indicators.values()
+    )
+    yield from (f"It takes the actuator as {each}." for each in dict.fromkeys(machines) if each)
     if file.assumed:
         assuming = (
             label

@@ -82,6 +82,14 @@ class HealthyScores:
         What is measured of each window; of windows that set no limits, the numbers alone.
     all_scores : ndarray, shape (n_score,)
         Set by `learn`.
+    complete : list of Measured
+        What is measured of the windows that set limits and have all numbers.
+    faults : list of Issue
+        Why windows that would set limits have no score.
+    groups, has_groups : list of str, length n_record, and bool
+        A record without a group is its own group; whether any was stated.
+    duration : float
+        Duration of a window [s].
     facts : dict of Channel to list of mapping of str to ndarray, shape (n_window,)
         As from `channel_facts`.
     """
@@ -98,6 +106,7 @@ class HealthyScores:
         self.channels = tuple(channel for channel in Channel if channel in seen)
         duration = first.duration if window.duration is None else window.duration
         self.n_sample = round(duration * frequency)
+        self.duration = self.n_sample / frequency
         if self.n_sample < 2:
             raise ConfigError(f"window: {duration:g} s at {frequency:g} Hz are fewer than 2 samples")
         self.windower = window.windower(self.n_sample, self.channels, frequency, drive)
@@ -128,6 +137,11 @@ class HealthyScores:
                         self._measure(waiting)
                         waiting = []
         self._measure(waiting)
+        pairs = zip(self.measured, self.is_apart, strict=True)
+        self.complete = [each for each, is_apart in pairs if is_apart and np.isfinite(each.numbers).all()]
+        self.faults = [each.fault for each in self.measured if each.fault is not None]
+        self.groups = [each.group or f"record {index}" for index, each in enumerate(self.records)]
+        self.has_groups = any(each.group for each in self.records)
 
     def _measure(self, windows: Sequence[Window]) -> None:
         """Measure all windows that wait."""
@@ -145,17 +159,6 @@ class HealthyScores:
         for window, is_apart in zip(windows, apart, strict=True):
             own = verdicts.Measured(nothing, window.fault) if window.fault else next(in_order)
             self.measured.append(own if is_apart else verdicts.Measured(own.numbers))
-
-    @cached_property
-    def faults(self) -> list[Issue]:
-        """Why windows that would set limits have no score."""
-        return [each.fault for each in self.measured if each.fault is not None]
-
-    @cached_property
-    def complete(self) -> list[verdicts.Measured]:
-        """What is measured of the windows that set limits and have all numbers."""
-        pairs = zip(self.measured, self.is_apart, strict=True)
-        return [each for each, is_apart in pairs if is_apart and np.isfinite(each.numbers).all()]
 
     @property
     def n_impossible(self) -> Counter[str]:
@@ -224,11 +227,6 @@ class HealthyScores:
             return self.windower.n_every / self.windower.sampling_frequency
         return sum(each.duration for each in self.records) / len(self.record)
 
-    @property
-    def duration(self) -> float:
-        """Duration of a window [s]."""
-        return self.n_sample / self.windower.sampling_frequency
-
     @cached_property
     def is_used(self) -> NDArray[np.bool_]:
         """Whether each score is used to set limits, shape (n_score,)."""
@@ -246,20 +244,10 @@ class HealthyScores:
         return n_score * self.interval / 3600.0 if n_score else 0.0
 
     @cached_property
-    def groups(self) -> list[str]:
-        """Group of each record; a record without a group is its own group."""
-        return [each.group or f"record {index}" for index, each in enumerate(self.records)]
-
-    @cached_property
     def of_scores(self) -> NDArray[np.intp]:
         """Group index of each score that is used to set limits."""
         numbers = np.unique(np.asarray(self.groups), return_inverse=True)[1]
         return numbers[np.array(self.record, dtype=np.intp)[self.is_used]]
-
-    @property
-    def has_groups(self) -> bool:
-        """Whether groups were stated."""
-        return any(each.group for each in self.records)
 
     def learn(self, faulty: RecordSource | None, learned: TrainedScore | None) -> TrainedScore | None:
         """Set the scores of the windows: the number itself, the score that a fleet learned, or the

@@ -221,7 +221,8 @@ def test_at_most_the_stated_share_lies_outside_the_boundary_of_the_support_vecto
 
 
 def test_a_healthy_scale_leaves_out_what_is_missing():
-    assert healthy_scale(np.array([[1.0, 2.0, np.nan], [3.0, 4.0, 5.0]]))[0] == 3.0
+    centre, spread = healthy_scale(np.array([[1.0, 2.0, np.nan], [3.0, 4.0, 5.0]]))
+    assert (centre, spread) == (3.0, pytest.approx(2.0 / 1.34898, rel=1e-5))
     for scores in (np.ones(10), np.arange(4.0)):
         with pytest.raises(NotStatedError):
             healthy_scale(scores)

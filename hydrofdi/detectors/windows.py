@@ -97,11 +97,10 @@ def _without_windows(file: DetectorFile, records: RecordBatch) -> Issue:
 class Tally:
     """Windows on their way, counted.
 
-    ``n_judged`` windows were judged, ``n_alarm``
-    of them with an alarm, ``n_doubtful`` with a doubt, of which ``first_doubt`` is one. ``faults``: kind →
-    windows, or records without any, that were not judged, ``n_beyond`` of them with a score beyond a limit
-    all the same. ``unjudged``: source and record of those of which nothing was judged nor novel, which is a
-    finding → the first reason.
+    ``n_judged`` windows were judged, ``n_alarm`` of them with an alarm, ``n_doubtful`` with a doubt, of which
+    ``first_doubt`` is one. ``faults``: kind → windows, or records without any, that were not judged,
+    ``n_beyond`` of them with a score beyond a limit all the same. ``unjudged``: source and record of those of
+    which nothing was judged nor novel, which is a finding → the first reason.
     """
 
     def __init__(self, file: DetectorFile, windows: Iterable[WindowLine]) -> None:

@@ -31,7 +31,7 @@ from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.loop import single_monitor
-from hydrofdi.monitor.machines import Kind, Receiver
+from hydrofdi.monitor.machines import MachineKind, Receiver
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk
@@ -170,7 +170,7 @@ def run(file: DetectorFile, source: StreamSource, view: Receiver = None) -> Arra
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder, open(os.devnull, "w") as nowhere:
         files = {"state": Path(folder) / "state", "log": Path(folder) / "log.jsonl"}
         began = clocks()
-        kind = Kind(file, MonitorConfig())
+        kind = MachineKind(file, MonitorConfig())
         single_monitor(kind, source, view or nowhere, **files).run(lambda: False)
         return clocks() - began
 

@@ -296,7 +296,7 @@ class Detector(TrainedDetector):
         """
         from hydrofdi.monitor.configuration import load_monitor_config
         from hydrofdi.monitor.loop import single_monitor
-        from hydrofdi.monitor.machines import Kind
+        from hydrofdi.monitor.machines import MachineKind
         from hydrofdi.monitor.opening import open_stream
 
         if self.path is None and "://" in str(source):
@@ -305,7 +305,7 @@ class Detector(TrainedDetector):
             raise refusal("metrics", "HOST:PORT", metrics)
         addresses = names_of("events", events, "addresses")
         stated = load_monitor_config(None if config is None else path_of(config))
-        kind = Kind(self.file, stated, str(config))
+        kind = MachineKind(self.file, stated, str(config))
         stream = open_stream(
             source if isinstance(source, str) else str(path_of(source)),
             kind,

@@ -36,7 +36,7 @@ _ALLOWED = (
 
 
 @dataclass(frozen=True)
-class Condition:
+class ParsedCondition:
     """A parsed condition: its code, the parameters in it, and those compared with quoted quantities."""
 
     code: CodeType
@@ -52,7 +52,7 @@ class Condition:
 
 
 @lru_cache(maxsize=64)
-def parse_condition(text: str) -> Condition:
+def parse_condition(text: str) -> ParsedCondition:
     """The condition that a text states."""
     try:
         written = _Named().visit(ast.parse(text.strip(), mode="eval").body)
@@ -66,7 +66,7 @@ def parse_condition(text: str) -> Condition:
     except (ValueError, OverflowError) as error:
         raise ValueError(f"condition {text!r}: {error}") from None
     names = frozenset(node.id for node in ast.walk(tree) if isinstance(node, ast.Name))
-    return Condition(code, names, compared)
+    return ParsedCondition(code, names, compared)
 
 
 class _Named(ast.NodeTransformer):

@@ -60,7 +60,7 @@ _CORRELATED = 25.0
 """Number of windows that share an error of the model, as in `weak_rls`."""
 
 
-class Fitted(NamedTuple):
+class FlowEquations(NamedTuple):
     """Equations of records: moments (n_record, M + 1, M + 1) of the M causes and the target, counts, and
     the unknowns about which they are linear (n_record, N)."""
 
@@ -69,7 +69,7 @@ class Fitted(NamedTuple):
     about: Array
 
 
-class Estimates(NamedTuple):
+class FlowEstimates(NamedTuple):
     """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true causes to
     these (n_record, N, M), and expected covariances of the values (n_record, N, N)."""
 
@@ -123,13 +123,15 @@ class FaultBalance:
                 own[name] *= 1e-6
         return np.array([own.get(name, flow / np.sqrt(at)) for name in CAUSES])
 
-    def fit(self, records: RecordBatch) -> Fitted:
+    def fit(self, records: RecordBatch) -> FlowEquations:
         """Equations of each record, linear about its laps and pressures."""
-        fitted = Fitted(*self._moments(records, about := np.zeros((records.n_record, len(NAMES)))), about)
+        fitted = FlowEquations(
+            *self._moments(records, about := np.zeros((records.n_record, len(NAMES)))), about
+        )
         for _ in range(_N_FIT - 1):
             # Gauss-Newton: what is found moves spool and pressures, the others are found about it.
             about = self._near(self._settled(fitted)[0])
-            fitted = Fitted(*self._moments(records, about), about)
+            fitted = FlowEquations(*self._moments(records, about), about)
         return fitted
 
     def _near(self, values: Array) -> Array:
@@ -145,14 +147,14 @@ class FaultBalance:
             about[:, index] = np.clip(values[:, index], -most, most)
         return about
 
-    def estimate(self, fitted: Fitted, variance: float) -> Estimates:
+    def estimate(self, fitted: FlowEquations, variance: float) -> FlowEstimates:
         """Estimates if the squared error of the equations is `variance` times the stated one."""
         values, misfits, normal, covariances = self._solved(fitted, np.full(len(fitted.counts), variance))
         gains = covariances @ (normal / variance)
         noise = covariances @ np.swapaxes(gains[:, :, : len(NAMES)], 1, 2)
-        return Estimates(values, misfits, gains, 0.5 * (noise + np.swapaxes(noise, 1, 2)))
+        return FlowEstimates(values, misfits, gains, 0.5 * (noise + np.swapaxes(noise, 1, 2)))
 
-    def _solved(self, fitted: Fitted, variances: Array) -> tuple[Array, Array, Array, Array]:
+    def _solved(self, fitted: FlowEquations, variances: Array) -> tuple[Array, Array, Array, Array]:
         """Values and misfits of records, their equations with all causes, and covariances."""
         normal, right, square = self._normal(fitted.moments)
         own, spread = normal[:, :, : len(NAMES)], variances[:, None, None]
@@ -166,11 +168,11 @@ class FaultBalance:
         left += np.einsum("ri,rij,rj->r", change, own, change)
         return values, np.sqrt(np.maximum(left, 0.0) / np.maximum(fitted.counts, 1.0)), normal, covariances
 
-    def variance(self, fits: Sequence[Fitted]) -> float:
+    def variance(self, fits: Sequence[FlowEquations]) -> float:
         """Squared error of the equations over the stated one that agrees with the misfits of some records."""
         return float(np.median(np.concatenate([self._settled(fitted)[1] for fitted in fits])))
 
-    def _settled(self, fitted: Fitted) -> tuple[Array, Array]:
+    def _settled(self, fitted: FlowEquations) -> tuple[Array, Array]:
         """Estimates (n_record, N), and squared errors that agree with the misfit of each record."""
         # Estimates and variance depend on each other: fixed-point steps down from the data sheet alone.
         scaled = fitted.moments[:, -1, -1] / self.options.error**2

@@ -73,7 +73,7 @@ class History:
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
+class SpanMedians:
     """Medians of the scores of equal spans of time.
 
     Attributes
@@ -92,7 +92,7 @@ class Points:
     is_used: NDArray[np.bool_]
 
 
-def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
+def points_of(history: History, span: float) -> tuple[SpanMedians, float, list[str]]:
     """Points of a history, their span [s], which may be longer than asked for, and remarks."""
     remarks = list[str]()
     n_most = np.unique(np.floor(comparable(history.time / span))).size
@@ -106,7 +106,7 @@ def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
     if len(parts) < counts.size:
         remarks.append(f"left out: {counted(counts.size - len(parts), 'point')} of few scores")
     warm = [history.temperature[part] for part in parts]
-    points = Points(
+    points = SpanMedians(
         np.array([np.median(history.time[part]) for part in parts]),
         np.array([np.median(history.score[part]) for part in parts]),
         np.array([np.mean(part[np.isfinite(part)]) if np.isfinite(part).any() else np.nan for part in warm]),

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import CAUSES, LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
+from hydrofdi.diagnosis.balance import (
+    CAUSES,
+    LEAKS,
+    N_PLACE,
+    NAMES,
+    PLACE,
+    FaultBalance,
+    FlowEquations,
+    FlowEstimates,
+)
 from hydrofdi.errors import DataError
 from hydrofdi.indicators.balancing import P1, P2
 from hydrofdi.indicators.catalogue.balances import BalanceOptions
@@ -30,8 +39,8 @@ def signature_names(options: BalanceOptions) -> tuple[str, ...]:
 
 
 def signatures(
-    balance: FaultBalance, records: RecordBatch, variance: float, fitted: Fitted | None = None
-) -> tuple[Array, Estimates]:
+    balance: FaultBalance, records: RecordBatch, variance: float, fitted: FlowEquations | None = None
+) -> tuple[Array, FlowEstimates]:
     """What is compared of each record (n_record, n_name), and the estimates."""
     estimates = balance.estimate(fitted or balance.fit(records), variance)
     columns = [estimates.values]
@@ -97,7 +106,7 @@ _ANY = 1e3
 
 
 @dataclass(frozen=True)
-class History:
+class HealthyMachine:
     """A healthy machine: centre (n_name,) and scatter (n_name, n_name) of a further record's signature.
 
     `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations. Of the healthy records
@@ -119,7 +128,7 @@ class History:
         """Healthy records that it rests on; 0 if on the data sheet."""
         return len(self.seen[0]) if self.seen else 0
 
-    def without(self, row: int) -> History:
+    def without(self, row: int) -> HealthyMachine:
         """That of the other records."""
         return _learned(self.balance, self.variance, *(np.delete(array, row, axis=0) for array in self.seen))
 
@@ -159,7 +168,7 @@ def balance_of(batches: Sequence[RecordBatch], options: BalanceOptions) -> Fault
     return FaultBalance(options, opening, tuple((0.5 * (at + np.linspace(at[0], at[-1], N_PLACE))).tolist()))
 
 
-def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> History:
+def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> HealthyMachine:
     """History of a machine from its healthy records, at least `FEWEST`."""
     balance = balance_of(healthy, options)
     fits = [balance.fit(batch) for batch in healthy]
@@ -171,7 +180,9 @@ def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> Histo
     return _learned(balance, variance, seen, gains, noises)
 
 
-def _learned(balance: FaultBalance, variance: float, seen: Array, gains: Array, noises: Array) -> History:
+def _learned(
+    balance: FaultBalance, variance: float, seen: Array, gains: Array, noises: Array
+) -> HealthyMachine:
     """History from the signatures of healthy records (n_record, n_name), their gains and covariances."""
     names = signature_names(balance.options)
     n_record, n_own = len(seen), len(NAMES)
@@ -187,10 +198,12 @@ def _learned(balance: FaultBalance, variance: float, seen: Array, gains: Array, 
     # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(balance, names, seen.mean(axis=0), spread, own, variance, noise, (seen, gains, noises))
+    return HealthyMachine(
+        balance, names, seen.mean(axis=0), spread, own, variance, noise, (seen, gains, noises)
+    )
 
 
-def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
+def _scattering(balance: FaultBalance, fits: Sequence[FlowEquations]) -> float:
     """Squared error of the equations over the stated one that agrees with the scatter of the estimates: most
     errors of the model repeat from record to record, so that they scatter less than they misfit."""
     variance = balance.variance(fits)
@@ -207,7 +220,7 @@ def _scattering(balance: FaultBalance, fits: Sequence[Fitted]) -> float:
     return variance
 
 
-def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
+def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> HealthyMachine:
     """What the data sheet alone says of a machine, and of records like these."""
     balance = balance_of([records], options)
     fitted = balance.fit(records)
@@ -230,7 +243,7 @@ def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
         scatter[index, index] = (_ANY * max(abs(centre[index]), 1e-9)) ** 2
     # ln misfit, as the variance is about 25 (`balance._CORRELATED`) times its square.
     centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
-    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance)
+    return HealthyMachine(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance)
 
 
 def _usual(balance: FaultBalance, centre: Array) -> Array:

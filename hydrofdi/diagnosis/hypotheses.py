@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from hydrofdi.diagnosis.balance import CAUSES, EDGES, GAPS, LEAKS, N_PLACE, NAMES, OF_EDGES, PLACE, SCORES
-from hydrofdi.diagnosis.history import History
+from hydrofdi.diagnosis.history import HealthyMachine
 from hydrofdi.records import Array
 
 
@@ -63,7 +63,7 @@ _NEEDS = {
 """Fault → quantity without which nothing shows it."""
 
 
-def hypotheses(history: History) -> list[Hypothesis]:
+def hypotheses(history: HealthyMachine) -> list[Hypothesis]:
     """All faults that the sensors can show."""
     balance, names = history.balance, history.causes
     options, (first, second) = balance.options, balance.options.areas
@@ -222,7 +222,7 @@ class Evidence:
     """What a record shows beside a history: the difference of its signature from the centre, the scatter that
     is expected of it, and the gain matrix of its estimates."""
 
-    history: History
+    history: HealthyMachine
     difference: Array
     scatter: Array
     gain: Array

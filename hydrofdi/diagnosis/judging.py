@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hydrofdi.diagnosis.balance import CAUSES
-from hydrofdi.diagnosis.history import History, signatures
+from hydrofdi.diagnosis.history import HealthyMachine, signatures
 from hydrofdi.diagnosis.hypotheses import (
     HEALTHY,
     NONE,
@@ -92,7 +92,7 @@ class Finding:
 class Judge:
     """States probabilities of faults of records with one history."""
 
-    def __init__(self, history: History) -> None:
+    def __init__(self, history: HealthyMachine) -> None:
         self.history = history
         self.hypotheses = hypotheses(history)
 

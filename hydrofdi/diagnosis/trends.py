@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from hydrofdi.diagnosis.histories import DAY, History, Points, instant_text, points_of, time_or_days
+from hydrofdi.diagnosis.histories import DAY, History, SpanMedians, instant_text, points_of, time_or_days
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST, LAWS, ChangePointModel, Draws, inliers
 from hydrofdi.evaluation.scores import Estimate
@@ -45,7 +45,7 @@ class TrendAnswer(Answer):
     """
 
     history: History
-    points: Points
+    points: SpanMedians
     every: float
     p_value: float
     draws: Draws

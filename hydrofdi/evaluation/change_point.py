@@ -37,7 +37,7 @@ _SEED = 28
 
 
 @dataclass(frozen=True)
-class Law:
+class GrowthLaw:
     """Growth over the share s of the time from the onset to the last point, 1 at s = 1.
 
     s^p, or (exp(k s) − 1)/(exp(k) − 1) if k > 0, in which the rate grows with the leak itself.
@@ -50,10 +50,10 @@ class Law:
 
 
 LAWS = (
-    Law("sudden", 1 / 3),
-    Law("linear", 1 / 3, power=1.0),
-    *(Law("accelerating", 1 / 18, power=power) for power in (1.5, 2.0, 3.0)),
-    *(Law("accelerating", 1 / 18, pace=pace) for pace in (2.0, 4.0, 6.0)),
+    GrowthLaw("sudden", 1 / 3),
+    GrowthLaw("linear", 1 / 3, power=1.0),
+    *(GrowthLaw("accelerating", 1 / 18, power=power) for power in (1.5, 2.0, 3.0)),
+    *(GrowthLaw("accelerating", 1 / 18, pace=pace) for pace in (2.0, 4.0, 6.0)),
 )
 """Laws of growth, with their probabilities before the data are seen: thirds for their names."""
 

@@ -239,7 +239,7 @@ _USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coeff
 
 
 @dataclass(frozen=True)
-class Selection:
+class CheckedRuns:
     """Runs to look at: distinct ones with their K_i and ideal sensors, and their varied parameters besides
     EBM, internal leakage, sensors and analysis; how many distinct ones are left out, how many runs there
     are, and which leakage flows no run reaches.
@@ -253,7 +253,7 @@ class Selection:
     unreached: Sequence[str] = ()
 
 
-def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> Selection:
+def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> CheckedRuns:
     """The runs of an experiment that differ in more than sensors and analysis.
 
     Where there are more than `most`, they are spread evenly over the swept runs, and a quarter at most over
@@ -288,7 +288,7 @@ def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> Selection:
         if not unreached or math.isfinite(coefficient)
     ]
     n_left_out = len(distinct) - len(jobs)
-    return Selection(jobs, labels, n_left_out, len(table.runs), table.runs.distinct, unreached)
+    return CheckedRuns(jobs, labels, n_left_out, len(table.runs), table.runs.distinct, unreached)
 
 
 def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:

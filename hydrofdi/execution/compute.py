@@ -22,7 +22,7 @@ from hydrofdi.indicators.measuring import Seconds, measure, used_channels
 from hydrofdi.quality.doubts import Simulated, assess_runs, how_records_settle, pressure_features
 from hydrofdi.quality.machine import hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.records import RecordBatch
-from hydrofdi.simulation.balances import Outcome, Trajectory, balance_residuals
+from hydrofdi.simulation.balances import RunOutcome, Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import unreachable_sentence
 from hydrofdi.simulation.lanes import WIDTH, indices, positions_by
@@ -255,7 +255,7 @@ def _recorded(jobs: Sequence[Job]) -> Columns:
     # A run whose leak is unreachable (NaN) is simulated sealed beside the others, and then marked as failed.
     trajectory = simulate_batch(parameters, np.nan_to_num(coefficients).tolist(), tap=sensors)
     outcomes = tuple(
-        Outcome("unreachable_leakage", unreachable_sentence(run)) if math.isnan(coefficient) else outcome
+        RunOutcome("unreachable_leakage", unreachable_sentence(run)) if math.isnan(coefficient) else outcome
         for run, coefficient, outcome in zip(parameters, coefficients, trajectory.outcomes, strict=True)
     )
     trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=outcomes)

@@ -18,7 +18,7 @@ from hydrofdi.engine import limited
 from hydrofdi.errors import Issue
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.settings.messages import counted, time_text
-from hydrofdi.simulation.balances import Outcome
+from hydrofdi.simulation.balances import RunOutcome
 from hydrofdi.simulation.batch import measured_batch
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
@@ -114,7 +114,7 @@ def _batch(
     possible = [0.0 if math.isnan(value) else value for value in coefficients]
     shown = measured_batch([run.parameters for run in runs], possible)
     outcomes = [
-        Outcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
+        RunOutcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
         for value, outcome in zip(coefficients, shown.outcomes, strict=True)
     ]
     texts = labels or ("",) * len(runs)

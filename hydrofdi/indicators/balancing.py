@@ -13,17 +13,7 @@ from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.estimation import weak_rls
-from hydrofdi.indicators.estimation.chamber_balance import (
-    N_UNKNOWN,
-    UNKNOWNS,
-    Balance,
-    gas_slope,
-    integrate_windows,
-    new_sums,
-    weak_weights,
-    windows_before,
-)
+from hydrofdi.indicators.estimation import chamber_balance, weak_rls
 from hydrofdi.indicators.faults import FLUID, POSITIVE
 from hydrofdi.indicators.nominal_actuator import UncertainActuator
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -100,17 +90,19 @@ def window_equations(options: WindowOptions, records: RecordBatch, *signals: Arr
     spool, position, first, second, supply, reference = (
         np.ascontiguousarray(np.broadcast_to(signal, shape)) for signal in signals
     )
-    targets = np.zeros((records.n_record, windows_before(records.n_time, half), options.n_pressure))
-    columns = np.zeros((*targets.shape, N_UNKNOWN))
-    integrate_windows(
+    targets = np.zeros(
+        (records.n_record, chamber_balance.windows_before(records.n_time, half), options.n_pressure)
+    )
+    columns = np.zeros((*targets.shape, chamber_balance.N_UNKNOWN))
+    chamber_balance.integrate_windows(
         spool, position, np.stack((first, second)), supply, reference,
-        weak_weights(half, records.sampling_frequency), _known_balance(options, records),
-        new_sums(records.n_record, options.n_pressure), columns, targets,
+        chamber_balance.weak_weights(half, records.sampling_frequency), _known_balance(options, records),
+        chamber_balance.new_sums(records.n_record, options.n_pressure), columns, targets,
     )  # fmt: skip
     return columns, targets
 
 
-def _known_balance(options: WindowOptions, records: RecordBatch) -> Balance:
+def _known_balance(options: WindowOptions, records: RecordBatch) -> chamber_balance.Balance:
     """Known parameters of the equations.
 
     Errors of pressures that determine the supply pressure are included.
@@ -118,11 +110,11 @@ def _known_balance(options: WindowOptions, records: RecordBatch) -> Balance:
     own_feed, other_feed = -1.0, 0.0
     if options.supply_known_by(records) == "sum":
         own_feed, other_feed = (0.0, 1.0) if options.n_pressure == 2 else (1.0, 0.0)
-    return Balance(
+    return chamber_balance.Balance(
         *options.areas, *options.volumes, options.flow_gain * options.area_gradient, options.return_pressure,
         1.0 / options.bulk_modulus, own_feed, other_feed, options.half_window / records.sampling_frequency,
         1.0 - math.exp(-1.0 / (0.1 * records.sampling_frequency)),
-        gas_slope(0.5 * (options.supply_pressure + options.return_pressure)),
+        chamber_balance.gas_slope(0.5 * (options.supply_pressure + options.return_pressure)),
     )  # fmt: skip
 
 
@@ -189,7 +181,7 @@ class WindowOptions(UncertainActuator):
         """Prior standard deviations of all unknowns; zero if known."""
         known = self.prior_deviations(records, self.n_pressure)
         known["internal_coefficient"] = self.leakage_deviation / math.sqrt(self.reference_pressure)
-        return np.array([known.get(name, 0.0) for name in UNKNOWNS])
+        return np.array([known.get(name, 0.0) for name in chamber_balance.UNKNOWNS])
 
     def assumptions(self, records: RecordBatch) -> weak_rls.Assumptions:
         """What is known before the first window."""
@@ -275,13 +267,18 @@ def named_estimates(
 
     `reference`: supply pressure that the estimates are relative to [Pa]; `deviations`: of the priors.
     """
-    of = {name: estimates[:, :, index] for index, name in enumerate(UNKNOWNS)}
-    error = {name: estimates[:, :, N_UNKNOWN + index] for index, name in enumerate(UNKNOWNS)}
+    of = {name: estimates[:, :, index] for index, name in enumerate(chamber_balance.UNKNOWNS)}
+    error = {
+        name: estimates[:, :, chamber_balance.N_UNKNOWN + index]
+        for index, name in enumerate(chamber_balance.UNKNOWNS)
+    }
     root = math.sqrt(options.reference_pressure)
     # At its bound, the compressibility is zero but for rounding, whose sign says nothing.
     compressibility = 1.0 / options.bulk_modulus + of["compressibility"]
     modulus = 1.0 / np.maximum(compressibility, 1e-9 / options.bulk_modulus)
-    sheet = [i for i, name in enumerate(UNKNOWNS) if deviations[i] > 0.0 and name not in _FREE]
+    sheet = [
+        i for i, name in enumerate(chamber_balance.UNKNOWNS) if deviations[i] > 0.0 and name not in _FREE
+    ]
     values = {
         "leakage": root * of["internal_coefficient"],
         "leakage_error": root * error["internal_coefficient"],

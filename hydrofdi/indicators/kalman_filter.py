@@ -354,7 +354,7 @@ Chosen = TypeVar("Chosen", bound=KalmanOptions)
 
 
 @dataclass(frozen=True)
-class Estimates:
+class FilterEstimates:
     """Estimates of a filter at some instants, in estimator units.
 
     `means` and `variances` (n_record, n_instant, N_STATE); `sums` (…, N_SUM) over the `n_sample` samples
@@ -392,7 +392,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
             self.options.spool_drive(records), supply, self.tuning(records), every, means, variances, sums,
             signature, *self.spread_and_workspace(),
         )  # fmt: skip
-        estimates = Estimates(means, variances, sums, supply[:, due], every)
+        estimates = FilterEstimates(means, variances, sums, supply[:, due], every)
         lost = np.isnan(means[:, :, 0])
         return {name: np.where(lost, np.nan, values) for name, values in self.read(estimates).items()}
 
@@ -401,7 +401,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         return None, ekf.workspace(self.options.substeps)
 
     @abstractmethod
-    def read(self, estimates: Estimates) -> Mapping[str, Array]:
+    def read(self, estimates: FilterEstimates) -> Mapping[str, Array]:
         """`estimates` over time, each (n_record, n_instant)."""
 
     def tuning(self, records: RecordBatch) -> Tuning:

@@ -15,7 +15,7 @@ from hydrofdi.detectors.file import load_detector
 from hydrofdi.detectors.lines import Line
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor.configuration import FleetConfig, Pattern
-from hydrofdi.monitor.machines import Kind, Machine, Outlets, Receiver
+from hydrofdi.monitor.machines import Machine, MachineKind, Outlets, Receiver
 from hydrofdi.monitor.opening import Sources
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.store import WHOLE, StateStore, WindowLog
@@ -59,7 +59,7 @@ class Monitor:
         if config.state and config.log and config.state.resolve() == config.log.resolve():
             raise ConfigError(f"state and log are the same file, {config.state}; choose another name for one")
         files = {path: load_detector(path) for path in {*config.detectors.values()}}
-        self._kinds = {path: Kind(file, config, str(path)) for path, file in files.items()}
+        self._kinds = {path: MachineKind(file, config, str(path)) for path, file in files.items()}
         self._config, self._sources, self._outlets = config, sources, Outlets(config, on_line)
         self._store = None
         if config.state is not None:
@@ -158,7 +158,9 @@ class Monitor:
             self._say(Event(EventKind.BEHIND, text, is_end=True, details={"age_s": self._oldest}))
             self._oldest = 0.0
 
-    def _source_of(self, name: str, place: str, new: Callable[[Kind], StreamSource]) -> StreamSource | None:
+    def _source_of(
+        self, name: str, place: str, new: Callable[[MachineKind], StreamSource]
+    ) -> StreamSource | None:
         """The source of a machine, which is new if the machine is; None if it is ignored."""
         if self._single is not None:
             return self._single.source
@@ -261,7 +263,7 @@ class Monitor:
 
 
 def single_monitor(
-    kind: Kind, source: StreamSource, on_line: Receiver = None, detector: Path = Path(), **stated: Any
+    kind: MachineKind, source: StreamSource, on_line: Receiver = None, detector: Path = Path(), **stated: Any
 ) -> Monitor:
     """The monitor of one machine, with keys of a fleet that are stated: its state, its log, its outlets.
 

@@ -30,7 +30,7 @@ RETRY = 60.0
 """Time after which a source that failed is tried again [s]."""
 
 
-class Kind:
+class MachineKind:
     """Machines with the same detector, which share all that is not state.
 
     The configuration has those channels alone that the detector reads, if it has any of them. A digest of the
@@ -47,7 +47,7 @@ class Kind:
         self.detector, self.digest = Detector(file), hashlib.sha256(text.encode()).hexdigest()
 
 
-SourceOf = Callable[[str, str, Callable[[Kind], StreamSource]], StreamSource | None]
+SourceOf = Callable[[str, str, Callable[[MachineKind], StreamSource]], StreamSource | None]
 """Name and place of a machine, and what makes its source → this source; None if the machine is ignored."""
 
 
@@ -68,7 +68,7 @@ class Machine:
     """
 
     name: str
-    kind: Kind
+    kind: MachineKind
     source: StreamSource
 
     def __post_init__(self) -> None:

@@ -22,18 +22,8 @@ from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding, load_der_private_key, load_pem_private_key
 
 from hydrofdi.errors import ConfigError
+from hydrofdi.monitor import sources
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
-from hydrofdi.monitor.sources import (
-    Connection,
-    Inbox,
-    Position,
-    StreamSource,
-    credentials,
-    exposed,
-    joined,
-    network_reason,
-    usable,
-)
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, factor_to_si
 from hydrofdi.records.description import ChannelConfig
@@ -62,7 +52,7 @@ _OVERFLOW = 0x480
 """Bits of the status of a value before which the queue of the server was full."""
 
 
-class OpcUaSource(Connection, StreamSource):
+class OpcUaSource(sources.Connection, sources.StreamSource):
     """Nodes of an OPC UA server."""
 
     def __init__(
@@ -72,8 +62,8 @@ class OpcUaSource(Connection, StreamSource):
         channels: Mapping[Channel, ChannelConfig],
         sampling_frequency: float,
     ) -> None:
-        self._inbox: Inbox[Chunk] = Inbox(max(2, round(config.queue * sampling_frequency)))
-        StreamSource.__init__(self, str(address), self._inbox.events)
+        self._inbox: sources.Inbox[Chunk] = sources.Inbox(max(2, round(config.queue * sampling_frequency)))
+        sources.StreamSource.__init__(self, str(address), self._inbox.events)
         super().__init__(self.name, self._inbox.say)
         if not channels:
             raise ConfigError("an OPC UA server needs 'channels': the node of each channel")
@@ -84,14 +74,14 @@ class OpcUaSource(Connection, StreamSource):
         self._begun: set[int] = set()
         self._new_client()
 
-    def open(self, position: Position) -> None:
+    def open(self, position: sources.Position) -> None:
         """Begin to connect; keep trying if the server does not answer."""
         self.begin(self._doubts())
 
     def read(self, timeout: float) -> Chunk | None:
         """New samples."""
         chunks = self._inbox.take(timeout, _MOST)
-        return joined(chunks) if chunks else None
+        return sources.joined(chunks) if chunks else None
 
     def close(self) -> None:
         """End the connection and its thread."""
@@ -102,7 +92,7 @@ class OpcUaSource(Connection, StreamSource):
         return asyncio.run(self._until_closed())
 
     def _doubts(self) -> Iterator[str]:
-        yield from exposed(self._config.password_file, self._config.key)
+        yield from sources.exposed(self._config.password_file, self._config.key)
         if self._config.security == "none":
             yield f"{self.name} is not encrypted, and not checked; see 'opcua.security'"
 
@@ -155,7 +145,7 @@ class OpcUaSource(Connection, StreamSource):
         config, client = self._config, Client(self.name, timeout=_TIMEOUT, watchdog_intervall=_KEEP_ALIVE)
         client.name = client.description = "hydrofdi"
         client.session_timeout = int(1000 * _LIFETIME)
-        user, password = credentials("opcua", config.username, config.password_file)
+        user, password = sources.credentials("opcua", config.username, config.password_file)
         if user and not password:
             raise ConfigError("opcua.password_file: is missing; there is a user without a password")
         if password and config.security == "none":
@@ -166,7 +156,7 @@ class OpcUaSource(Connection, StreamSource):
         if config.security == "none":
             return client, b""
         own, server, key = (_loaded(name, config) for name in ("certificate", "server_certificate", "key"))
-        with usable("opcua.certificate", config.certificate):
+        with sources.usable("opcua.certificate", config.certificate):
             names = own.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
             client.application_uri = names.get_values_for_type(x509.UniformResourceIdentifier)[0]
             if key.public_key() != own.public_key():
@@ -263,14 +253,14 @@ def _reason(error: Exception) -> str:
         status = ua.StatusCode(error.code)
         return f"{status.doc.rstrip('.')} ({status.name})"
     if isinstance(error, OSError):
-        return network_reason(error)
+        return sources.network_reason(error)
     return f"{' '.join(str(error).split())} ({type(error).__name__})"
 
 
 def _loaded(key: str, config: OpcUaConfig) -> Any:
     """The certificate or the private key of a setting, in PEM or DER."""
     path = getattr(config, key)
-    with usable(f"opcua.{key}", path):
+    with sources.usable(f"opcua.{key}", path):
         content = path.read_bytes()
         is_pem = b"-----BEGIN" in content
         if key == "key":

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import PORTS, Address, FleetConfig, Pattern
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
-from hydrofdi.monitor.machines import Kind, SourceOf
+from hydrofdi.monitor.machines import MachineKind, SourceOf
 from hydrofdi.monitor.sources import StreamSource, needing_extra, printable
 from hydrofdi.records.streams import Event
 from hydrofdi.settings.messages import similar
@@ -29,7 +29,7 @@ _RECORDS = (".h5", ".hdf5", ".mat", ".npz", ".parquet", ".yaml", ".yml")
 
 def open_stream(
     text: str,
-    kind: Kind,
+    kind: MachineKind,
     *,
     sampling_frequency: float | None = None,
     is_followed: bool = True,
@@ -143,6 +143,6 @@ class Sources:
                 if (name := pattern.name_in(path)) is not None and not Path(path).is_dir():
                     yield printable(name), path
 
-    def _file(self, path: str, kind: Kind) -> StreamSource:
+    def _file(self, path: str, kind: MachineKind) -> StreamSource:
         needed, is_resumed = kind.file.channels, self._is_resumed
         return GrowingFile(Path(path), kind.config, self._is_followed, needed, leaves_unended=is_resumed)

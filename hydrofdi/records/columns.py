@@ -69,7 +69,7 @@ class Titled:
 MOST_BYTES = 2**31
 
 
-class Table(Titled, ABC):
+class FileColumns(Titled, ABC):
     """Columns of one file; `remarks` are findings."""
 
     remarks: tuple[Issue, ...] = ()

@@ -61,7 +61,7 @@ class Range:
 
 
 @dataclass
-class Finding:
+class RemarkCount:
     """A kind of remark: the number of records with it, and a few examples."""
 
     n_record: int = 0
@@ -88,7 +88,7 @@ class Contents(Answer):
     groups: Counter[str] = field(default_factory=Counter)
     labels: Counter[str] = field(default_factory=Counter)
     ranges: dict[Channel, Range] = field(default_factory=dict)
-    remarked: dict[str, Finding] = field(default_factory=dict)
+    remarked: dict[str, RemarkCount] = field(default_factory=dict)
     example: RecordBatch | None = None
     assumptions: tuple[str, ...] = ()
 
@@ -123,9 +123,9 @@ class Contents(Answer):
         for record_id, remarks in zip(batch.record_ids, batch.remarks, strict=True):
             for kind in dict.fromkeys(remark.kind for remark in remarks):
                 texts = [remark.message for remark in remarks if remark.kind == kind]
-                self.remarked.setdefault(kind, Finding()).add(record_id, "; ".join(texts))
+                self.remarked.setdefault(kind, RemarkCount()).add(record_id, "; ".join(texts))
         for rejected in batch.rejected:
-            finding = self.remarked.setdefault(rejected.remark.kind, Finding(is_rejection=True))
+            finding = self.remarked.setdefault(rejected.remark.kind, RemarkCount(is_rejection=True))
             finding.add(rejected.record_id, rejected.remark.message)
 
     def to_dict(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
 from hydrofdi.records import Array, Channel
-from hydrofdi.records.description import LimitsConfig
+from hydrofdi.records.description import RemarkLimits
 from hydrofdi.records.recording import Recording
 from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings import quantities as usual
@@ -198,7 +198,7 @@ Ranges = Mapping[Channel, tuple[float, float]]
 """Lowest and highest plausible value, in the unit of the channel."""
 
 
-def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Iterator[Issue]:
+def defects(recording: Recording, limits: RemarkLimits, ranges: Ranges) -> Iterator[Issue]:
     """Remarks on a record and on each of its channels, and on values outside of `ranges`."""
     if limits.samples is not None and recording.n_time != limits.samples:
         text = f"has {counted(recording.n_time, 'sample')} instead of {limits.samples}"
@@ -209,7 +209,7 @@ def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Itera
 
 
 def _of_channel(
-    recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig, ranges: Ranges
+    recording: Recording, channel: Channel, samples: Array, limits: RemarkLimits, ranges: Ranges
 ) -> Iterator[Issue]:
     missing = np.flatnonzero(~np.isfinite(samples))
     if missing.size and any(remark.kind == "gap" for remark in recording.remarks):
@@ -285,7 +285,7 @@ def _clipped(recording: Recording, channel: Channel, samples: Array, limit: floa
             yield Issue(text, channel, kind=kind)
 
 
-def _hum(recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig) -> Iterator[Issue]:
+def _hum(recording: Recording, channel: Channel, samples: Array, limits: RemarkLimits) -> Iterator[Issue]:
     shares = {mains: hum_share(samples, recording.sampling_frequency, mains) for mains in limits.mains}
     mains = max(shares, key=shares.__getitem__)
     if shares[mains] > limits.hum:

@@ -234,7 +234,7 @@ class SegmentConfig(Section):
     impact."""
 
 
-class LimitsConfig(Section):
+class RemarkLimits(Section):
     """Thresholds of the remarks."""
 
     clipped: Share = 0.02
@@ -286,7 +286,7 @@ class SamplesConfig(Section):
 
     format: FormatConfig = FormatConfig()
 
-    limits: LimitsConfig = LimitsConfig()
+    limits: RemarkLimits = RemarkLimits()
 
     @field_validator("format", mode="before")
     @classmethod

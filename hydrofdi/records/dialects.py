@@ -13,7 +13,7 @@ from pathlib import Path
 
 from hydrofdi.errors import DataError
 from hydrofdi.records import Channel
-from hydrofdi.records.columns import Table, channel_named
+from hydrofdi.records.columns import FileColumns, channel_named
 from hydrofdi.records.description import FormatConfig
 from hydrofdi.records.files import open_table
 from hydrofdi.records.text import TextTable, last_part
@@ -128,10 +128,10 @@ def long_form(table: TextTable) -> dict[str, str] | None:
     return None
 
 
-def below_preamble(file: Path, encoding: str) -> tuple[int, Table]:
+def below_preamble(file: Path, encoding: str) -> tuple[int, FileColumns]:
     """Number of lines above the header, and the table: it names channels right above numbers, or most of them
     farther above, or else none."""
-    candidates: list[tuple[int, int, Table]] = []
+    candidates: list[tuple[int, int, FileColumns]] = []
     for skip in range(_LONGEST_PREAMBLE):
         with (
             suppress(DataError),

@@ -29,8 +29,8 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Array, Channel, RecordBatch, array_reader
 from hydrofdi.records.columns import (
     MOST_BYTES,
+    FileColumns,
     RejectionError,
-    Table,
     channel_called,
     damage_named,
     scaled,
@@ -53,7 +53,7 @@ _BYTES_PER_SECOND = 1e6
 Content = Path | BytesIO
 
 
-class ArrayTable(Table):
+class ArrayTable(FileColumns):
     """Columns in arrays: vectors by their name, columns of matrices as ``name[1]``, ``name[2]``, …
 
     The longer axis of a matrix is time. `load` gives the array of a name; `what` is the kind of file. Times
@@ -259,7 +259,7 @@ _LIBRARIES = {"mdf": "asammdf", "tdms": "nptdms"}
 
 
 @contextmanager
-def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
+def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[FileColumns]:
     """The columns of a file, to be read while it is open."""
     suffix = (Path(path.stem) if path.suffix.lower() == ".gz" else path).suffix
     if (kind := form.kind or _KINDS.get(suffix.lower())) is None:

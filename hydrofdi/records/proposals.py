@@ -16,8 +16,8 @@ from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import (
     MOST_SHOWN,
+    FileColumns,
     RejectionError,
-    Table,
     channel_named,
     columns_of,
     is_unit,
@@ -69,7 +69,7 @@ _WITHOUT_UNIT = {"LabVIEW Measurement": "s", "SampleTime[ms]": "ms"}
 class Proposal:
     """What a file states: its format, its columns by position, and units that stand beside the header."""
 
-    table: Table
+    table: FileColumns
     form: dict[str, Any] = field(default_factory=dict)
     names: Sequence[str] = ()
     units: Mapping[int, str] = field(default_factory=dict)
@@ -224,7 +224,7 @@ class Proposal:
         return keys, "  # day and month may be the other way round" if is_ambiguous else ""
 
 
-def _numbers(table: Table, position: int) -> Array | None:
+def _numbers(table: FileColumns, position: int) -> Array | None:
     """Numbers of a column; None of dates and of texts."""
     with suppress(DataError):
         return None if table.is_dated(position) else table.numbers(position)
@@ -306,7 +306,7 @@ def completed(
 
 
 def _completed(
-    config: MeasuredConfig, table: Table, file: Path, is_plain: bool
+    config: MeasuredConfig, table: FileColumns, file: Path, is_plain: bool
 ) -> tuple[MeasuredConfig, tuple[Issue, ...]]:
     names = [split_title(title)[0] for title in table.titles]
 
@@ -341,7 +341,7 @@ def _completed(
     return config.model_copy(update={"channels": channels, "time": time}), unused
 
 
-def _time_in(table: Table, file: Path) -> int:
+def _time_in(table: FileColumns, file: Path) -> int:
     """Position of the column of time."""
     time = time_column(table, None)
     if time is None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import INFERRED_SAMPLING, Array, Channel, RecordBatch
-from hydrofdi.records.columns import ReadColumn, RejectionError, Table, columns_of, unknown_header_unit
+from hydrofdi.records.columns import FileColumns, ReadColumn, RejectionError, columns_of, unknown_header_unit
 from hydrofdi.records.description import CyclesConfig, MeasuredConfig, SegmentConfig, TrimConfig, is_counts
 from hydrofdi.records.times import (
     FIRST_DATE,
@@ -90,7 +90,7 @@ class Recording:
         return next(iter(self.channels.values())).size
 
 
-def recording_of(table: Table, config: MeasuredConfig) -> Recording:
+def recording_of(table: FileColumns, config: MeasuredConfig) -> Recording:
     """The columns of a table, read according to a description."""
     columns, channels, times, since = samples_of(table, config)
     doubts: list[Issue] = []
@@ -142,7 +142,7 @@ class Samples(NamedTuple):
     since: float
 
 
-def samples_of(table: Table, config: MeasuredConfig) -> Samples:
+def samples_of(table: FileColumns, config: MeasuredConfig) -> Samples:
     """The samples that a description finds in a table, also if few or uneven."""
     stated = config.time
     if stated is not None and (stated.format or stated.date):
@@ -178,7 +178,7 @@ def samples_of(table: Table, config: MeasuredConfig) -> Samples:
     return Samples(columns, channels, times, since)
 
 
-def _own_times(table: Table, columns: Mapping[Channel, ReadColumn], time: int) -> dict[Channel, int]:
+def _own_times(table: FileColumns, columns: Mapping[Channel, ReadColumn], time: int) -> dict[Channel, int]:
     """Positions of own time columns of channels, if they have other ones than `time`."""
     clocks, own = table.clocks(time), {channel: column.config.time for channel, column in columns.items()}
     positions = {
@@ -189,7 +189,7 @@ def _own_times(table: Table, columns: Mapping[Channel, ReadColumn], time: int) -
 
 
 def _joined(
-    table: Table,
+    table: FileColumns,
     time: ReadColumn,
     times: Array,
     channels: Mapping[Channel, Array],

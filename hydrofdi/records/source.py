@@ -15,18 +15,10 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
-from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
-from hydrofdi.records.columns import RejectionError, Table
+from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord, description
+from hydrofdi.records.columns import FileColumns, RejectionError
 from hydrofdi.records.data_sheet import usual_sheet_lines
 from hydrofdi.records.defects import defects, differences
-from hydrofdi.records.description import (
-    OF_STREAMS,
-    MeasuredConfig,
-    contradictions,
-    filled,
-    names_of_path,
-    path_pattern,
-)
 from hydrofdi.records.files import open_table
 from hydrofdi.records.proposals import completed, proposed_description
 from hydrofdi.records.recording import (
@@ -114,7 +106,7 @@ class MeasuredSource:
     """
 
     name: str
-    config: MeasuredConfig
+    config: description.MeasuredConfig
     files: Sequence[Path] = ()
     folder: Path = Path()
     remarks: tuple[Issue, ...] = ()
@@ -155,14 +147,14 @@ class MeasuredSource:
 
     def _of_file(self, path: Path) -> Iterator[Recording | RejectedRecord]:
         source, config = Path(os.path.relpath(path, self.folder)).as_posix(), self.config
-        names = names_of_path(source, self._pattern)
+        names = description.names_of_path(source, self._pattern)
         try:
             if names is None:
                 raise RejectionError("path", f"the path does not match {config.path!r}")
             with open_table(path, str(path), config.format) as table:
                 recording = recording_of(table, config)
             if config.date:
-                recording = replace(recording, date=_date(filled(config.date, names)))
+                recording = replace(recording, date=_date(description.filled(config.date, names)))
             recording = trimmed(recording, config.trim)
             cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
         except RejectionError as rejection:
@@ -180,7 +172,7 @@ class MeasuredSource:
         config, position = self.config, cycle.channels.get(Channel.PISTON_POSITION)
         stroke = None if position is None else find_stroke(position)
         known = {**names, "direction": stroke.direction if stroke else "0"}
-        group, label = (filled(template, known) for template in (config.group, config.label))
+        group, label = (description.filled(template, known) for template in (config.group, config.label))
         try:
             record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
             remarks = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
@@ -195,7 +187,7 @@ class MeasuredSource:
 
     @cached_property
     def _pattern(self) -> re.Pattern[str]:
-        return path_pattern(self.config.path)
+        return description.path_pattern(self.config.path)
 
     @cached_property
     def _ranges(self) -> dict[Channel, tuple[float, float]]:
@@ -215,8 +207,10 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
     """The records of the files that a YAML file describes; its patterns are relative to its folder."""
     file = Path(path)
     source = read_yaml(file, "a description of measured files")
-    source.data = {key: value for key, value in (source.data or {}).items() if key not in OF_STREAMS}
-    config = validated(MeasuredConfig, source)
+    source.data = {
+        key: value for key, value in (source.data or {}).items() if key not in description.OF_STREAMS
+    }
+    config = validated(description.MeasuredConfig, source)
     if config.channels:
         _require_consistent(config, source)
     files = in_natural_order(_files(config, source, file.parent))
@@ -228,7 +222,7 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
     return MeasuredSource(str(path), config, files, file.parent, unused, most_samples)
 
 
-def _files(config: MeasuredConfig, source: Source, folder: Path) -> set[Path]:
+def _files(config: description.MeasuredConfig, source: Source, folder: Path) -> set[Path]:
     files: set[Path] = set()
     for number, pattern in enumerate(config.files):
         matching = matching_files(folder, pattern)
@@ -239,14 +233,14 @@ def _files(config: MeasuredConfig, source: Source, folder: Path) -> set[Path]:
     return files
 
 
-def _require_consistent(config: MeasuredConfig, source: Source) -> None:
-    mistakes = list(contradictions(config, source))
+def _require_consistent(config: description.MeasuredConfig, source: Source) -> None:
+    mistakes = list(description.contradictions(config, source))
     if mistakes:
         raise ConfigError(mistakes)
 
 
 @dataclass(frozen=True)
-class MemoryTable(Table):
+class MemoryTable(FileColumns):
     """Columns of one or more records in memory, each of shape (n_time,) or (n_record, n_time).
 
     A unit is empty if it is not stated, and None if there is no place to state it. `time` is the position of
@@ -327,7 +321,7 @@ class HeldSource(MeasuredSource):
 def held_source(table: MemoryTable, described: Mapping[str, Any]) -> HeldSource:
     """Records in memory, with ``channels`` and sampling as in a description."""
     source = Source({"files": table.place, **described})
-    config = validated(MeasuredConfig, source)
+    config = validated(description.MeasuredConfig, source)
     _require_consistent(config, source)
     return HeldSource(table.place, config, table=table)
 
@@ -347,7 +341,7 @@ def plain_source(path: Path | str, sampling_frequency: float | None = None) -> M
     folder = Path(path)
     files = _files_at(folder)
     sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
-    named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
+    named = validated(description.MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
     config, unused = completed(named, files, is_plain=True)
     return MeasuredSource(str(path), config, files, folder if folder.is_dir() else folder.parent, unused)
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
 from hydrofdi.records import Array
-from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, channel_named, damage_named
+from hydrofdi.records.columns import MOST_BYTES, FileColumns, RejectionError, channel_named, damage_named
 from hydrofdi.records.description import FormatConfig, LongConfig
 from hydrofdi.records.rows import FOOT_HINT, HEAD_HINT, Reading, RowReader, require_text, runs, wrong_encoding
 from hydrofdi.records.times import Instant, is_dated, since_first, titles_of_time
@@ -67,7 +67,7 @@ def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
             yield lines if data else [*lines, rest]
 
 
-class TextTable(Table):
+class TextTable(FileColumns):
     """Columns of a delimited text; `blocks` gives all its lines, as `blocks_of`, each time it is called.
 
     Only its beginning is read at first, the rest when columns are loaded.
@@ -309,7 +309,7 @@ _WINCC = ("VarName", "Time_ms", "Time_ms [µexceldays]")
 """Columns of WinCC: its ``Time_ms`` counts millionths of a day from 1899-12-30."""
 
 
-class LongTable(Table):
+class LongTable(FileColumns):
     """The columns of a text whose rows have a name and a value: those of each name, with their own times.
 
     Titles are the names, then the columns beside name and value, once for each name. A name is that behind

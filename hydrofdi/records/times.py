@@ -12,20 +12,7 @@ from zoneinfo import ZoneInfo, available_timezones
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records import Array
-from hydrofdi.records.columns import (
-    ReadColumn,
-    RejectionError,
-    Table,
-    Titled,
-    column_at,
-    factor_to_si,
-    find_column,
-    scaled,
-    short_name,
-    shortened,
-    unit_by_name,
-)
+from hydrofdi.records import Array, columns
 from hydrofdi.records.description import ChannelConfig, MeasuredConfig, TimeConfig, is_counts, known_unit
 from hydrofdi.settings.messages import counted, similar
 from hydrofdi.units import ABOVE, BELOW, parse_unit, zero_of
@@ -127,17 +114,17 @@ _DATES = {"timestamp", "datetime", "zeit", "zeitstempel", *_TIMES}
 """Names of time columns that contain dates."""
 
 
-def time_column(table: Titled, configured: TimeConfig | None) -> ReadColumn | None:
+def time_column(table: columns.Titled, configured: TimeConfig | None) -> columns.ReadColumn | None:
     """The column of time, as configured, or else by its name; None if there is none.
 
     Dates need no unit, and ``time`` is in seconds if none is stated.
     """
     if configured is not None:
-        positions = [find_column(table.titles, configured.column, table.place)]
+        positions = [columns.find_column(table.titles, configured.column, table.place)]
     elif clocks := table.clocks():
         positions = [next(iter(clocks.values()))]
     elif len(positions := named_time(table)) > 1:
-        names = ", ".join(shortened(table.titles[n]) for n in positions)
+        names = ", ".join(columns.shortened(table.titles[n]) for n in positions)
         raise DataError(f"{table.place}: has more than one column of time: {names}")
     if not positions:
         return None
@@ -145,28 +132,28 @@ def time_column(table: Titled, configured: TimeConfig | None) -> ReadColumn | No
     config = ChannelConfig(column=title, unit=configured.unit if configured else "")
     are_dates, header = table.is_dated(position), table.unit(position)
     header = "" if are_dates and not known_unit(header) else header
-    if are_dates and not (header or config.unit or unit_by_name(title)):
-        return ReadColumn(position, title, config, "", None)
-    column = column_at(table, position, config, "s", header)
+    if are_dates and not (header or config.unit or columns.unit_by_name(title)):
+        return columns.ReadColumn(position, title, config, "", None)
+    column = columns.column_at(table, position, config, "s", header)
     if is_counts(column.unit):
         message = "counts the samples and is not a time; give the sampling frequency instead"
         raise DataError(f"{table.place}: column {title[:60]!r}: {message}")
     return column
 
 
-def named_time(table: Titled) -> list[int]:
+def named_time(table: columns.Titled) -> list[int]:
     """Columns with a name of time: numbers with a unit are preferred to dates."""
     titles = table.titles
-    dated = [n for n, title in enumerate(titles) if short_name(title) in _DATES and table.is_dated(n)]
+    dated = [n for n, title in enumerate(titles) if columns.short_name(title) in _DATES and table.is_dated(n)]
     named = titles_of_time(table)
-    usable = [n for n in named if n in dated or table.unit(n) or unit_by_name(titles[n])]
+    usable = [n for n in named if n in dated or table.unit(n) or columns.unit_by_name(titles[n])]
     return usable or dated or named
 
 
-def titles_of_time(table: Titled) -> list[int]:
+def titles_of_time(table: columns.Titled) -> list[int]:
     """Positions of the preferred name of time among titles, unless their unit has another dimension."""
     named: dict[str, list[int]] = {name: [] for name in _TIMES}
-    for position, name in enumerate(map(short_name, table.titles)):
+    for position, name in enumerate(map(columns.short_name, table.titles)):
         unit = known_unit(table.unit(position)) if name in named else None
         if name in named and (unit is None or unit.exponents == _SECOND.exponents):
             named[name].append(position)
@@ -228,7 +215,7 @@ _TOLERANCE = 0.01
 """Share by which a stated sampling frequency may differ from a column of time."""
 
 
-def contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
+def contradicting_times(table: columns.FileColumns, frequency: float) -> tuple[Issue, ...]:
     """A remark if median and mean step of a time column contradict the stated sampling frequency."""
     for position in (n for n in titles_of_time(table) if known_unit(table.unit(n))):
         title = table.titles[position]
@@ -236,7 +223,7 @@ def contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
             values = table.numbers(position)
         except DataError:
             continue
-        times = scaled(values, factor_to_si(table.unit(position), "s", title))
+        times = columns.scaled(values, columns.factor_to_si(table.unit(position), "s", title))
         steps = np.diff(times[np.isfinite(times)])
         expected = np.array([np.median(steps), np.mean(steps)]) * frequency if steps.size else np.ones(2)
         if np.all(np.abs(expected - 1.0) > _TOLERANCE):
@@ -256,24 +243,26 @@ _JOINED = 0.1
 """Share by which the median step differs from the mean if stamps of other rasters lie between."""
 
 
-def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tuple[float, list[Issue]]:
+def sampling_of_times(
+    times: Array, config: MeasuredConfig, table: columns.FileColumns
+) -> tuple[float, list[Issue]]:
     """The sampling frequency of the instants of a table [Hz], and remarks on gaps and uneven steps."""
     steps = np.diff(times)
     if n_missing := np.count_nonzero(~np.isfinite(times)):
         text = f"{n_missing} sampling instants are missing; give 'sampling_frequency' in place of 'time'"
-        raise RejectionError("time", text)
+        raise columns.RejectionError("time", text)
     rounded = _rounded(times)
     if (bad := np.flatnonzero(steps <= 0.0)).size:
         relation = "the same as" if steps[bad[0]] == 0.0 else "before"
         text = f"{table.row_place(int(bad[0]) + 1)}: the time is {relation} that of the row above"
-        raise RejectionError("time", f"{text}; {_remedy(steps, rounded)}")
+        raise columns.RejectionError("time", f"{text}; {_remedy(steps, rounded)}")
     typical = float(np.median(steps))
     mean = float(times[-1] - times[0]) / (times.size - 1)
     is_joined = bool(np.isfinite(mean)) and abs(typical / mean - 1.0) > _JOINED
     step = typical if np.any(steps > _GAP * typical) or is_joined else mean
     frequency = float(f"{1.0 / step:.{_DIGITS}g}")
     if not 0.0 < frequency < np.inf:
-        raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
+        raise columns.RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
     uneven = _unevenness(times, steps, typical, frequency, config)
     if uneven and rounded:
         text = f"stamps are rounded to {rounded[1]:.2g} s, and even at {rounded[0]:g} Hz within that"

@@ -34,7 +34,7 @@ Signal = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunOutcome:
     """Outcome of a run: ``ok``, or the kind of failure and one sentence."""
 
     status: str = "ok"
@@ -74,7 +74,7 @@ class Trajectory:
         K_i [m^3.5/kg^0.5].
     internal_leakage_flow : ndarray
         q_il from chamber 1 to chamber 2 [m³/s].
-    outcomes : tuple of Outcome, length n_run
+    outcomes : tuple of RunOutcome, length n_run
         Outcome of each run.
     oil_temperature : ndarray, optional
         Temperature of the oil [K], NaN if a run does not state it; None if no run does.
@@ -94,7 +94,7 @@ class Trajectory:
     hidden_states: Signal
     leakage_coefficient: Signal
     internal_leakage_flow: Signal
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[RunOutcome, ...]
     oil_temperature: Signal | None = None
 
     def signals(self, names: Iterable[str]) -> dict[str, Signal]:

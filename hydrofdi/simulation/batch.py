@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.drive import RecordConfig
 from hydrofdi.config.machine import ActuatorConfig
-from hydrofdi.simulation.balances import Outcome, Signal, Trajectory
+from hydrofdi.simulation.balances import RunOutcome, Signal, Trajectory
 from hydrofdi.simulation.hydraulics import lane_parameters, leakage_of
-from hydrofdi.simulation.inputs import Chunk, Inputs
+from hydrofdi.simulation.inputs import InputChunk, Inputs
 from hydrofdi.simulation.kernel import advance_lanes
 from hydrofdi.simulation.lanes import (
     HIDDEN,
@@ -109,7 +109,7 @@ def simulate_batch(
         for k, run in enumerate(runs)
     )
     blocks = [
-        _Block(options, every, members, runs, leakage_coefficients, inputs, tap if is_read else None)
+        _Lanes(options, every, members, runs, leakage_coefficients, inputs, tap if is_read else None)
         for (options, every, is_read), members in lane_groups(kernels)
     ]
     signals = _Signals(runs)
@@ -129,7 +129,7 @@ def measured_batch(runs: Sequence[RunParameters], coefficients: Sequence[float])
     return sensors.show(simulate_batch(runs, coefficients, tap=sensors))
 
 
-def chunks(inputs: Inputs, record: RecordConfig) -> Iterator[tuple[slice, Chunk]]:
+def chunks(inputs: Inputs, record: RecordConfig) -> Iterator[tuple[slice, InputChunk]]:
     """Windows of samples of the record, and the inputs of their steps."""
     most = min(_CHUNK_STEPS, _CHUNK_SPOOL_STEPS // max(inputs.n_drive, 1))
     length = max(1, most // record.steps_per_sample)
@@ -139,7 +139,7 @@ def chunks(inputs: Inputs, record: RecordConfig) -> Iterator[tuple[slice, Chunk]
         yield window, inputs.advance(first * record.steps_per_sample, steps)
 
 
-class _Block:
+class _Lanes:
     """Up to WIDTH runs of a batch with the same options, in lanes."""
 
     def __init__(
@@ -163,7 +163,7 @@ class _Block:
         self._rated_supply = np.resize([run.supply.pressure for run in self._runs], WIDTH)
         self._reader = tap.reader(members) if tap else None
 
-    def advance(self, chunk: Chunk, first_sample: int) -> NDArray[np.float64]:
+    def advance(self, chunk: InputChunk, first_sample: int) -> NDArray[np.float64]:
         """Samples (n_sample, n_row, WIDTH) over a chunk."""
         first_step, per_sample = first_sample * self._record.steps_per_sample, self._record.steps_per_sample
         if self._reader is None:
@@ -179,7 +179,7 @@ class _Block:
             ]
         return samples
 
-    def _samples(self, chunk: Chunk, first_step: int, steps_per_sample: int) -> NDArray[np.float64]:
+    def _samples(self, chunk: InputChunk, first_step: int, steps_per_sample: int) -> NDArray[np.float64]:
         drive = chunk.references if self.options.closed_loop else chunk.stages
         samples = np.empty((len(drive) // steps_per_sample, self._n_row, WIDTH))
         advance_lanes(
@@ -189,7 +189,9 @@ class _Block:
         )  # fmt: skip
         return samples
 
-    def _read(self, reader: LaggedRuns, first_step: int, chunk: Chunk, states: NDArray[np.float64]) -> None:
+    def _read(
+        self, reader: LaggedRuns, first_step: int, chunk: InputChunk, states: NDArray[np.float64]
+    ) -> None:
         """Show a reader every step of a chunk."""
 
         def signal(name: str) -> NDArray[np.float64]:
@@ -200,7 +202,7 @@ class _Block:
 
         reader(first_step, signal)
 
-    def signal(self, chunk: Chunk, states: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    def signal(self, chunk: InputChunk, states: NDArray[np.float64], name: str) -> NDArray[np.float64]:
         """A signal at the steps of a chunk, by its name in a trajectory: shape (n_step, WIDTH)."""
         if name in _OPTION_OF and not getattr(self.options, _OPTION_OF[name]):
             if name == "valve_supply_pressure":
@@ -266,7 +268,7 @@ def oil_temperatures(runs: Sequence[RunParameters], time: Signal) -> Signal | No
     return np.array([run.fluid.temperature_at(time) for run in runs]) if is_stated else None
 
 
-def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
+def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> RunOutcome:
     """Outcome of a run, from its states (4, n_time)."""
     record = parameters.record
     pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure
@@ -279,17 +281,17 @@ def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcom
     at_the_stop = diverged.any() and bool(beyond[np.argmax(diverged) - 1])
     if diverged.any() and not at_the_stop:
         time = np.argmax(diverged) / record.sampling_frequency
-        return Outcome(
+        return RunOutcome(
             "diverged",
             f"the state grew without bound by t = {time:g} s; the step of {record.step:g} s is too long",
         )
     if beyond.any() or at_the_stop:
         time = np.argmax(beyond | diverged) / record.sampling_frequency
-        return Outcome(
+        return RunOutcome(
             "stroke_exceeded",
             f"the piston left its stroke, {low:.4g} to {high:.4g} m from the centre, at t = {time:g} s",
         )
-    return Outcome()
+    return RunOutcome()
 
 
 def _outermost(actuator: ActuatorConfig) -> tuple[float, float]:

@@ -19,7 +19,7 @@ from hydrofdi.engine import TIME_LIMIT, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi import Instance, PlantError, instance_of
 from hydrofdi.physics.valve import converted, pid_step
-from hydrofdi.simulation.balances import Outcome, Trajectory
+from hydrofdi.simulation.balances import RunOutcome, Trajectory
 from hydrofdi.simulation.inputs import input_voltage, load_force, position_reference
 from hydrofdi.simulation.sensing import Measurement, feedback_noise, reading_errors, steps_per_control
 
@@ -80,27 +80,27 @@ def _workers() -> LocalPoolEngine:
     return LocalPoolEngine(available_cores()).__enter__()
 
 
-def _results(asked: Sequence[Asked]) -> Iterator[tuple[Signals, Outcome]]:
+def _results(asked: Sequence[Asked]) -> Iterator[tuple[Signals, RunOutcome]]:
     """Signals and outcome of each run, in order; a worker computes them itself."""
     if multiprocessing.parent_process() is not None:
         yield from map(simulated, asked)
         return
     engine = _workers()
-    results: dict[int, tuple[Signals, Outcome]] = {}
+    results: dict[int, tuple[Signals, RunOutcome]] = {}
     for task in asked:
         engine.submit(simulated, task, TIME_LIMIT.get())
     for result in engine.completed():
         if result.failure is None:
             results[id(result.item)] = result.value
         elif result.failure.status in ("killed", "timeout"):
-            results[id(result.item)] = {}, Outcome(result.failure.status, result.failure.message)
+            results[id(result.item)] = {}, RunOutcome(result.failure.status, result.failure.message)
         else:
             engine.cancel()
             raise result.failure.error or RuntimeError(result.failure.message)
     yield from (results[id(task)] for task in asked)
 
 
-def simulated(asked: Asked) -> tuple[Signals, Outcome]:
+def simulated(asked: Asked) -> tuple[Signals, RunOutcome]:
     """Signals of a run, NaN after its end if it ended early."""
     run, plant = asked.run, asked.run.plant
     if plant.model is None:
@@ -112,15 +112,15 @@ def simulated(asked: Asked) -> tuple[Signals, Outcome]:
     if plant.leakage.coefficient is not None:
         given[plant.leakage.coefficient] = asked.coefficient
     values = {name: variables[name].own(value) for name, value in given.items()}
-    signals, outcome = _drives(run), Outcome()
+    signals, outcome = _drives(run), RunOutcome()
     try:
         _advance(instance, run, values, signals, asked.noise)
     except PlantError as error:
         time = run.record.step * int(np.isfinite(signals["chamber_1_pressure"]).sum())
-        outcome = Outcome("plant_failed", f"{plant.name} at t = {time:g} s: {error}")
+        outcome = RunOutcome("plant_failed", f"{plant.name} at t = {time:g} s: {error}")
     else:
         if not all(np.isfinite(signals[name]).all() for name in plant.outputs):
-            outcome = Outcome("plant_failed", f"{plant.name} gives values that are not finite")
+            outcome = RunOutcome("plant_failed", f"{plant.name} gives values that are not finite")
     sampled = slice(None, None, 1 if asked.every_step else run.record.steps_per_sample)
     return {name: values[sampled] for name, values in signals.items()}, outcome
 

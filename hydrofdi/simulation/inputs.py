@@ -236,7 +236,7 @@ def largest_travel(parameters: RunParameters) -> float:
 Array = NDArray[np.float64]
 
 
-class Chunk(NamedTuple):
+class InputChunk(NamedTuple):
     """Inputs of some steps; runs with equal inputs share a column.
 
     Attributes
@@ -256,9 +256,9 @@ class Chunk(NamedTuple):
     references: Array
     loads: Array
 
-    def part(self, steps: slice) -> Chunk:
+    def part(self, steps: slice) -> InputChunk:
         """Inputs of some of the steps."""
-        return Chunk(*(values[steps] for values in self))
+        return InputChunk(*(values[steps] for values in self))
 
 
 class Inputs:
@@ -307,7 +307,7 @@ class Inputs:
         first_runs = [runs[members[0]] for members in references]
         self._references = [(run, feedback_noise(run) if reads_noise else None) for run in first_runs]
 
-    def advance(self, first: int, n_step: int) -> Chunk:
+    def advance(self, first: int, n_step: int) -> InputChunk:
         """Inputs from step `first` on."""
         steps = np.arange(first, first + n_step)
         if self._shared:
@@ -320,7 +320,7 @@ class Inputs:
             references[:, 0, column] = position_reference(run.input, amplitude, self._record, steps)
             references[:, 1, column] = reading_errors(run, steps, noise)
         loads = np.column_stack([load_force(load, self._record, steps) for load in self._loads])
-        return Chunk(voltage, stages, references, loads)
+        return InputChunk(voltage, stages, references, loads)
 
 
 _MOST_SHARED_STEPS = 500_000

@@ -199,7 +199,7 @@ def add_nodes(
 
 
 @dataclass(frozen=True)
-class Channel:
+class SensedSignal:
     """A signal that has a sensor: its name in a trajectory, and the section of its sensor."""
 
     signal: str
@@ -235,14 +235,14 @@ class Channel:
 
 
 CHANNELS = (
-    Channel("chamber_1_pressure", "pressure_1_sensor"),
-    Channel("chamber_2_pressure", "pressure_2_sensor"),
-    Channel("valve_supply_pressure", "supply_sensor"),
-    Channel("piston_position", "position_sensor"),
-    Channel("piston_velocity", "velocity_sensor"),
-    Channel("spool_position", "spool_sensor"),
-    Channel("input_voltage", "voltage_sensor"),
-    Channel("oil_temperature", "temperature_sensor"),
+    SensedSignal("chamber_1_pressure", "pressure_1_sensor"),
+    SensedSignal("chamber_2_pressure", "pressure_2_sensor"),
+    SensedSignal("valve_supply_pressure", "supply_sensor"),
+    SensedSignal("piston_position", "position_sensor"),
+    SensedSignal("piston_velocity", "velocity_sensor"),
+    SensedSignal("spool_position", "spool_sensor"),
+    SensedSignal("input_voltage", "voltage_sensor"),
+    SensedSignal("oil_temperature", "temperature_sensor"),
 )
 
 CLOCK = "clock"
@@ -409,7 +409,7 @@ class Measurement:
         }
         return replace(trajectory, **changes) if changes else trajectory
 
-    def _rows(self, channel: Channel, trajectory: Trajectory) -> Signal:
+    def _rows(self, channel: SensedSignal, trajectory: Trajectory) -> Signal:
         signals: Signal = np.array(getattr(trajectory, channel.signal))
         for row, run in enumerate(self.runs):
             if trajectory.outcomes[row].is_ok and not run.is_shown_exactly(channel.section):
@@ -431,7 +431,7 @@ def sampled(run: RunParameters, signal: Signal, time: Signal) -> Signal:
     return interpolated_signal(signal, time, instants)
 
 
-def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: Signal) -> Signal:
+def sensor_reading(channel: SensedSignal, run: RunParameters, samples: Signal, time: Signal) -> Signal:
     """Reading of the sensor of a channel: errors, range and resolution are applied in this order.
 
     `samples` (n_time,) are true values after all lags, `time` the nominal sampling instants [s].
@@ -500,7 +500,7 @@ class LaggedRuns:
             self._clocks[channel].sample(values, first_step, samples)
 
 
-def _clocks(runs: Sequence[RunParameters], channel: Channel) -> Clocks:
+def _clocks(runs: Sequence[RunParameters], channel: SensedSignal) -> Clocks:
     record = runs[0].record
     time = np.arange(record.n_sample) / record.sampling_frequency
     deviations = np.zeros((len(runs), record.n_sample))

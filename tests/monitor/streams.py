@@ -8,11 +8,11 @@ import numpy as np
 
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import single_monitor
-from hydrofdi.monitor.machines import Kind
+from hydrofdi.monitor.machines import MachineKind
 from hydrofdi.monitor.sources import StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records import Channel
-from hydrofdi.records.description import FormatConfig, LimitsConfig
+from hydrofdi.records.description import FormatConfig, RemarkLimits
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.made import FREQUENCY, signals, with_chart, with_limit
 
@@ -122,7 +122,7 @@ class Kept:
 
 def monitor(file, source, view=None, stop=lambda: False, **stated):
     """One life of a monitor; gives how it ended."""
-    return single_monitor(Kind(file, MonitorConfig()), source, view, **stated).run(stop)
+    return single_monitor(MachineKind(file, MonitorConfig()), source, view, **stated).run(stop)
 
 
 def live(folder, source, view=None, stop=lambda: False, file=None):
@@ -141,7 +141,7 @@ def config_of(channels=None, largest=2**20, **options):
     """A configuration of a monitor; its largest line or message may be smaller than a user may state."""
     form = {key: options.pop(key) for key in [*options] if key in FormatConfig.model_fields}
     config = MonitorConfig(channels=channels or {}, format=form, **options)
-    return config.model_copy(update={"limits": LimitsConfig.model_construct(payload=largest)})
+    return config.model_copy(update={"limits": RemarkLimits.model_construct(payload=largest)})
 
 
 def reader(position=(), needed=(), **options):

@@ -19,7 +19,7 @@ from hydrofdi.detectors.file import load_detector
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import Ending
-from hydrofdi.monitor.machines import Kind
+from hydrofdi.monitor.machines import MachineKind
 from hydrofdi.monitor.opening import open_stream
 from tests.commands import COMMAND, run, run_json, run_process, wait_until
 from tests.monitor.machines import ONSET
@@ -246,7 +246,7 @@ ADDRESSES = (
 @pytest.mark.parametrize("address", ADDRESSES)
 def test_no_message_repeats_credentials_and_no_address_is_waited_for_as_a_file(machine, address):
     with pytest.raises(ConfigError):
-        open_stream(address, Kind(load_detector(machine.detector), MonitorConfig()))
+        open_stream(address, MachineKind(load_detector(machine.detector), MonitorConfig()))
     stream = ("monitor", machine.detector, machine.stream)
     for arguments in (
         ("monitor", machine.detector, address, "--no-follow"), ("monitor", address, machine.stream),

@@ -17,7 +17,7 @@ from hydrofdi.monitor import growing_file, loop
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.growing_file import GrowingFile
 from hydrofdi.monitor.loop import Ending, single_monitor
-from hydrofdi.monitor.machines import Kind
+from hydrofdi.monitor.machines import MachineKind
 from hydrofdi.monitor.opening import Sources
 from hydrofdi.monitor.store import StateStore, WindowLog
 from hydrofdi.records.streams import Event, EventKind
@@ -266,7 +266,9 @@ def test_sigterm_and_a_closed_output_end_it_with_its_state_stored(undisturbed, t
     os.close(reading)
     with open(writing, "w") as pipe:  # nobody reads its output
         files = {"state": tmp_path / "state", "log": tmp_path / "log.jsonl"}
-        found = single_monitor(Kind(FILE, MonitorConfig()), Samples(MADE), pipe, **files).run(lambda: False)
+        found = single_monitor(MachineKind(FILE, MonitorConfig()), Samples(MADE), pipe, **files).run(
+            lambda: False
+        )
         assert found == Ending.OUTPUT_CLOSED
         os.dup2(os.open(os.devnull, os.O_WRONLY), pipe.fileno())
     run(tmp_path)

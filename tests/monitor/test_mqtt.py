@@ -20,7 +20,7 @@ from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.topics import Topics, TopicSource
 from hydrofdi.records import Channel
-from hydrofdi.records.description import LimitsConfig
+from hydrofdi.records.description import RemarkLimits
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND, wait_until
 from tests.commands import run as run_command
@@ -43,7 +43,7 @@ def blocks_of(n_block, n_sample=100):
 
 
 def source_at(address, config=None, detector=DETECTOR, is_open=True, largest=2**20):
-    limits = LimitsConfig.model_construct(payload=largest)
+    limits = RemarkLimits.model_construct(payload=largest)
     whole = MonitorConfig.model_construct(mqtt=config or MqttConfig(), limits=limits)
     source = Topic(Address.parse(address), whole, detector)
     if is_open:

@@ -10,22 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from hydrofdi.indicators.balancing import (
-    FITS,
-    MOST_PRIOR,
-    P1,
-    P2,
-    TAKEN_UP,
-    TAKEN_UP_BY_SPRING,
-    VolumeBalance,
-    WindowOptions,
-    X,
-    balance_outputs,
-    counting_windows,
-    follow_equations,
-    named_estimates,
-    window_equations,
-)
+from hydrofdi.indicators import balancing
 from hydrofdi.indicators.catalogue.transients import alternating_side
 from hydrofdi.indicators.contract import Indicator, Output, RecursiveIndicator, RecursiveOptions
 from hydrofdi.indicators.estimation import weak_rls
@@ -37,7 +22,7 @@ from hydrofdi.records.data_sheet import PlantConstant
 from hydrofdi.settings.quantities import SI
 
 
-class BalanceOptions(WindowOptions):
+class BalanceOptions(balancing.WindowOptions):
     """Options of `BalanceIndicator`."""
 
     spool: Literal["measured", "command", "square"] = "measured"  # type: ignore[assignment]
@@ -58,7 +43,7 @@ class BalanceOptions(WindowOptions):
         """x_v [m], also for ``spool: square``."""
         if self.spool != "square":
             return super().spool_position(records)
-        return self.spool_gain * self.drive_amplitude * alternating_side(records, records[P1])
+        return self.spool_gain * self.drive_amplitude * alternating_side(records, records[balancing.P1])
 
 
 Chosen = TypeVar("Chosen", bound=BalanceOptions)
@@ -74,13 +59,13 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
     @property
     def channels(self) -> frozenset[Channel]:
         """Without the position if the spring replaces it."""
-        return self.options.channels - ({X} if self.by_spring else set())
+        return self.options.channels - ({balancing.X} if self.by_spring else set())
 
     @property
     def outputs(self) -> tuple[Output, ...]:
         """Estimates, most of them with standard deviations."""
-        taken_up = TAKEN_UP_BY_SPRING if self.by_spring else TAKEN_UP
-        return balance_outputs(self.options.reference_pressure, taken_up)
+        taken_up = balancing.TAKEN_UP_BY_SPRING if self.by_spring else balancing.TAKEN_UP
+        return balancing.balance_outputs(self.options.reference_pressure, taken_up)
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if there are too few windows."""
@@ -88,10 +73,10 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Estimates in SI, each (n_record,)."""
-        options, balance = self.options, VolumeBalance(records, self.options, self.by_spring)
+        options, balance = self.options, balancing.VolumeBalance(records, self.options, self.by_spring)
         deviations, supply = options.deviations(records), np.mean(balance.supply, axis=1)[:, None]
         columns, targets = balance.equations(balance.spool)
-        counts = counting_windows(balance.spool, records.sampling_frequency, options)
+        counts = balancing.counting_windows(balance.spool, records.sampling_frequency, options)
         weights = np.ones(targets.shape)
         for _ in range(_REWEIGHTING if options.robust else 0):
             estimates = self._found(records, columns, targets, counts, weights)
@@ -111,9 +96,11 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
                 first - second, options.half_window, records.sampling_frequency,
             )  # fmt: skip
             estimates[:, (weak_rls.MEAN, weak_rls.MEAN_ERROR)] = np.stack(flows, axis=1)
-        values = named_estimates(options, estimates[:, None], supply, deviations)
+        values = balancing.named_estimates(options, estimates[:, None], supply, deviations)
         # A model that does not explain the record does not determine the leakage either: the misfit says so.
-        is_prior = (estimates[:, weak_rls.UNDETERMINED] > MOST_PRIOR) & (values["misfit"][:, 0] < FITS)
+        is_prior = (estimates[:, weak_rls.UNDETERMINED] > balancing.MOST_PRIOR) & (
+            values["misfit"][:, 0] < balancing.FITS
+        )
         return {name: np.where(is_prior, np.nan, array[:, 0]) for name, array in values.items()}
 
     def _found(
@@ -123,7 +110,9 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         roots, n_record = np.sqrt(weights), records.n_record
         due, priors = np.array([columns.shape[1]]), np.zeros((n_record, 1, N_UNKNOWN))
         columns, targets = columns * roots[..., None], targets * roots
-        estimates = follow_equations(self.options, records, columns, targets, counts, due, priors, 1.0)
+        estimates = balancing.follow_equations(
+            self.options, records, columns, targets, counts, due, priors, 1.0
+        )
         return estimates[:, 0]
 
 
@@ -234,7 +223,7 @@ _REWEIGHTING = 4
 """Number of reweighting iterations if the estimate is robust."""
 
 
-class WeakRlsOptions(WindowOptions, RecursiveOptions):
+class WeakRlsOptions(balancing.WindowOptions, RecursiveOptions):
     """Options of `WeakRls`."""
 
     memory: Annotated[float, SI("s", above=0)] | Literal["none"] = 5.0
@@ -280,7 +269,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     @property
     def estimates(self) -> tuple[Output, ...]:
         """Outputs of a volume balance, the leakage first."""
-        kept = balance_outputs(self.options.reference_pressure)
+        kept = balancing.balance_outputs(self.options.reference_pressure)
         return tuple(sorted(kept, key=lambda output: not output.name.startswith("leakage")))
 
     def obstacle(self, records: RecordBatch) -> str | None:
@@ -298,7 +287,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         windows, signals = self._windows(records)
         last = np.array([records.n_time // every * every - 1])
         estimates, undetermined = self._estimates(records, windows, signals, last, 1.0)
-        is_prior = undetermined[:, 0] > MOST_PRIOR
+        is_prior = undetermined[:, 0] > balancing.MOST_PRIOR
         values = {name: np.where(is_prior, np.nan, array[:, 0]) for name, array in estimates.items()}
         _, position, first, second, *supplies = signals
         priors = self._priors(records, *(supply[:, -1:] for supply in supplies))[:, 0]
@@ -318,8 +307,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         options, (*_, supply, reference) = self.options, (array[:, due] for array in signals)
         complete = np.array([windows_before(index + 1, options.half_window) for index in due], dtype=np.int64)
         priors = self._priors(records, supply, reference)
-        estimates = follow_equations(options, records, *windows, complete, priors, decay)
-        values = named_estimates(options, estimates, reference, options.deviations(records))
+        estimates = balancing.follow_equations(options, records, *windows, complete, priors, decay)
+        values = balancing.named_estimates(options, estimates, reference, options.deviations(records))
         return values, estimates[:, :, weak_rls.UNDETERMINED]
 
     def _windows(self, records: RecordBatch) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
@@ -332,10 +321,12 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             round(options.settling * frequency), unclear,
         )  # fmt: skip
         supply, reference = self._supply(records)
-        first = records[P1]
-        second = records[P2] if options.n_pressure == 2 else supply + options.return_pressure - first
+        first = records[balancing.P1]
+        second = (
+            records[balancing.P2] if options.n_pressure == 2 else supply + options.return_pressure - first
+        )
         signals = spool, options.position(records), first, second, supply, reference
-        columns, targets = window_equations(options, records, *signals)
+        columns, targets = balancing.window_equations(options, records, *signals)
         counts = np.zeros(columns.shape[:2])
         count_windows(unclear, options.half_window, counts)
         return (columns, targets, counts), signals
@@ -351,9 +342,11 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         """P_s at the linearisation point, and the reference of its prior deviation [Pa]."""
         options, every_sample = self.options, np.zeros((records.n_record, records.n_time), dtype=np.bool_)
         if options.n_pressure == 2:
-            total = records[P1] + records[P2]
+            total = records[balancing.P1] + records[balancing.P2]
         else:
-            total = 2.0 * records[P1] - options.load_stiffness / options.areas[0] * options.position(records)
+            total = 2.0 * records[balancing.P1] - options.load_stiffness / options.areas[
+                0
+            ] * options.position(records)
         gain = 1.0 - self._decay(records)
         total = total - options.return_pressure
         supply = options.supply_over_time(records, total, every_sample, options.half_window, gain)

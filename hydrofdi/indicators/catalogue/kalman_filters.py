@@ -11,17 +11,11 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.indicators import kalman_filter
 from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output, Trace
 from hydrofdi.indicators.estimation import ukf
 from hydrofdi.indicators.estimation.plant import STATES, Tuning
-from hydrofdi.indicators.kalman_filter import (
-    LITRE_PER_MINUTE,
-    Estimates,
-    KalmanFilter,
-    KalmanOptions,
-    Parameter,
-)
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
@@ -32,7 +26,7 @@ _LARGEST_NIS = 25.0
 """Innovations five times as large as assumed; those of machines with hoses and an elastic frame reach 20."""
 
 
-class JointOptions(KalmanOptions):
+class JointOptions(kalman_filter.KalmanOptions):
     """Options of filters that estimate the leakage jointly with the motion."""
 
     @model_validator(mode="after")
@@ -42,7 +36,7 @@ class JointOptions(KalmanOptions):
         return self
 
 
-class EkfJoint(KalmanFilter[JointOptions]):
+class EkfJoint(kalman_filter.KalmanFilter[JointOptions]):
     """Internal leakage, bulk modulus and valve parameters as states of an extended Kalman filter."""
 
     name = "ekf_joint"
@@ -81,13 +75,16 @@ class EkfJoint(KalmanFilter[JointOptions]):
             ),
         )
 
-    def read(self, estimates: Estimates) -> Mapping[str, Array]:
+    def read(self, estimates: kalman_filter.FilterEstimates) -> Mapping[str, Array]:
         """Estimates in SI, each (n_record, n_instant)."""
         mean = {name: estimates.means[:, :, index] for index, name in enumerate(STATES)}
         error = {name: np.sqrt(estimates.variances[:, :, index]) for index, name in enumerate(STATES)}
         options, per_root = self.options, 1.0 / np.sqrt(self.options.reference_pressure)
         modulus = options.bulk_modulus * np.exp(mean["bulk_modulus"])
-        leakage, leakage_error = LITRE_PER_MINUTE * mean["leakage"], LITRE_PER_MINUTE * error["leakage"]
+        leakage, leakage_error = (
+            kalman_filter.LITRE_PER_MINUTE * mean["leakage"],
+            kalman_filter.LITRE_PER_MINUTE * error["leakage"],
+        )
         values = {
             "leakage": leakage,
             "leakage_error": leakage_error,
@@ -162,10 +159,10 @@ class UkfJoint(EkfJoint):
         return self.options.spread, ukf.workspace(self.options.places.size, self.options.substeps)
 
 
-class InnovationOptions(KalmanOptions):
+class InnovationOptions(kalman_filter.KalmanOptions):
     """Options of a filter of the healthy plant."""
 
-    states: tuple[Parameter, ...] = ()
+    states: tuple[kalman_filter.Parameter, ...] = ()
     """Parameters estimated in addition to both pressures, position, velocity and friction, such as
     ``supply``; the others are nominal."""
 
@@ -179,7 +176,7 @@ class InnovationOptions(KalmanOptions):
         return self
 
 
-class EkfInnovation(KalmanFilter[InnovationOptions]):
+class EkfInnovation(kalman_filter.KalmanFilter[InnovationOptions]):
     """Innovations of an extended Kalman filter of the healthy actuator, and the leakage estimated from
     them.
     """
@@ -214,7 +211,7 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
             Output("residual", "Pa", "root mean square innovation of the pressures", direction=rising),
         )
 
-    def read(self, estimates: Estimates) -> Mapping[str, Array]:
+    def read(self, estimates: kalman_filter.FilterEstimates) -> Mapping[str, Array]:
         """Values in SI; an interval without information about a leak has an infinite error.
 
         ``error_of_model`` is the standard deviation under the assumption of the nominal plant.
@@ -222,10 +219,10 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
         squares, pressures, fits, weights = np.moveaxis(estimates.sums, 2, 0)
         shows = weights > 0.0
         safe = np.where(shows, weights, 1.0)
-        error = LITRE_PER_MINUTE * np.where(shows, 1.0 / np.sqrt(safe), np.inf)
+        error = kalman_filter.LITRE_PER_MINUTE * np.where(shows, 1.0 / np.sqrt(safe), np.inf)
         nis = squares / (3 * estimates.n_sample)
         return {
-            "leakage": LITRE_PER_MINUTE * np.where(shows, fits / safe, 0.0),
+            "leakage": kalman_filter.LITRE_PER_MINUTE * np.where(shows, fits / safe, 0.0),
             "leakage_error": error * _deviation_factor(nis),
             "error_of_model": error,
             "nis": nis,

@@ -106,7 +106,7 @@ _FLOW_1, _FLOW_2, _ROOT, _PRESSURE_1, _PRESSURE_2, _POSITION = range(4, 10)
 N_STATE = 10
 
 
-class Law(NamedTuple):
+class AdaptationLaw(NamedTuple):
     """Adaptation law of an observer: sampling interval [s], L [1/s], and gains γ and γ_c.
 
     Beyond the limits of 1/β [1/Pa] and of abs(K_i) [m^3.5/kg^0.5] an estimate is not physical.
@@ -126,7 +126,7 @@ def adapt(
     signals: NDArray[np.float64],
     unclear: NDArray[np.bool_],
     cylinder: Cylinder,
-    law: Law,
+    law: AdaptationLaw,
     every: int,
     state: NDArray[np.float64],
     estimates: NDArray[np.float64],
@@ -279,7 +279,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
             values["bulk_modulus"] = 1.0 / learned.mean(axis=1)
         return values
 
-    def _law(self, interval: float) -> Law:
+    def _law(self, interval: float) -> AdaptationLaw:
         """Gains that give the time constants for the nominal actuator at mid-stroke."""
         options = self.options
         compressibility, volume = 1.0 / options.bulk_modulus, sum(options.volumes)
@@ -288,7 +288,7 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         rate = options.reference_rate**2
         compressibility_gain = drawn / (volume * rate * options.compressibility_time)
         opened = options.flow_gain * options.area_gradient * _MOST_OPENING
-        return Law(
+        return AdaptationLaw(
             interval, options.injection, leakage_gain,
             compressibility_gain if self._adapts_compressibility else 0.0,
             compressibility / _MOST_RATIO, compressibility * _MOST_RATIO, opened,

@@ -16,12 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.catalogue.transients import (
-    SteppedChannelOptions,
-    Steps,
-    less_polynomials,
-    orthonormal_polynomials,
-)
+from hydrofdi.indicators.catalogue import transients
 from hydrofdi.indicators.contract import Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -111,8 +106,8 @@ def fit_free_motion(
     that is only a polynomial gives meaningless results.
     """
     n_time = pieces.shape[1]
-    trend = orthonormal_polynomials(n_time, degree)
-    rest = less_polynomials(pieces, trend)
+    trend = transients.orthonormal_polynomials(n_time, degree)
+    rest = transients.less_polynomials(pieces, trend)
     power = np.sum(np.square(rest), axis=1)
     a, b = common_motion(rest, group)
     left, covariance = np.empty(a.size), np.empty((a.size, 2, 2))
@@ -230,7 +225,7 @@ def _times(matrices: Array, vectors: Array) -> Array:
 _LEAST_SAMPLES = 24
 
 
-class RingDownOptions(SteppedChannelOptions):
+class RingDownOptions(transients.SteppedChannelOptions):
     """Options of `RingDown`."""
 
     less: Channel | None = None
@@ -297,7 +292,7 @@ class RingDown(SingleChannelIndicator[RingDownOptions]):
         motion = fit_free_motion(pieces, steps.record, frequency, self.options.trend_degree)
         return _summary(motion, steps, records.n_record, self._is_ringing(motion))
 
-    def _pieces(self, records: RecordBatch, signal: Array) -> tuple[Steps, Array]:
+    def _pieces(self, records: RecordBatch, signal: Array) -> tuple[transients.Steps, Array]:
         """Steps that have a full window of finite, varying pressure, and the pressure in it."""
         steps = self.options.steps_of(records, signal)
         pieces = steps.windows(signal, *self.options.window_samples(records.sampling_frequency))
@@ -312,7 +307,9 @@ class RingDown(SingleChannelIndicator[RingDownOptions]):
         return rings & (motion.explained >= self.options.least_explained)
 
 
-def _summary(motion: FreeMotion, steps: Steps, n_record: int, rings: NDArray[np.bool_]) -> dict[str, Array]:
+def _summary(
+    motion: FreeMotion, steps: transients.Steps, n_record: int, rings: NDArray[np.bool_]
+) -> dict[str, Array]:
     ringing = steps.where(rings)
     n_step, n_ringing = steps.counts(n_record), ringing.counts(n_record).astype(float)
     values = {"steps": np.where(n_step > 0, n_ringing, np.nan), "overdamped": 1.0 - n_ringing / n_step}

@@ -11,53 +11,37 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from pydantic import Field
 
+from hydrofdi import transforms
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import ChannelOptions, Indicator, Output, SingleChannelIndicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import Section
-from hydrofdi.transforms import (
-    Extension,
-    Levels,
-    WaveletConfig,
-    WaveletName,
-    boundary_length,
-    coefficient_rms,
-    counted_coefficients,
-    decomposition_filters,
-    detail_rms,
-    inner_coefficients,
-    inner_undecimated_rms,
-    n_phase,
-    root_mean_square,
-    shortage,
-    undecimated_rms,
-)
 
 _WRAPPED = {"periodization", "periodic"}
 """Extensions with which the first coefficients depend on the last samples."""
 
 
-def phase_rms(signal: Array, wavelet: WaveletConfig) -> Array:
+def phase_rms(signal: Array, wavelet: transforms.WaveletConfig) -> Array:
     """RMS of the details at every start phase, shape (..., n_phase, n_level).
 
     Phase p is bit-identical to a transform of the record from sample p on.
     """
-    phases, n_time = range(n_phase(wavelet.levels)), signal.shape[-1]
+    phases, n_time = range(transforms.n_phase(wavelet.levels)), signal.shape[-1]
     if wavelet.extension in _WRAPPED or n_time < len(phases) * 4 * _head_length(wavelet):
-        return np.stack([detail_rms(signal[..., phase:], wavelet) for phase in phases], axis=-2)
+        return np.stack([transforms.detail_rms(signal[..., phase:], wavelet) for phase in phases], axis=-2)
     rms = np.empty((*signal.shape[:-1], len(phases), wavelet.levels))
-    counted = [counted_coefficients(n_time - phase, wavelet) for phase in phases]
+    counted = [transforms.counted_coefficients(n_time - phase, wavelet) for phase in phases]
     for level, of_phases in enumerate(_details(signal, wavelet)):
         for phase, details in enumerate(of_phases):
-            rms[..., phase, level] = root_mean_square(details[..., counted[phase][level]])
+            rms[..., phase, level] = transforms.root_mean_square(details[..., counted[phase][level]])
     return rms
 
 
-def _details(signal: Array, wavelet: WaveletConfig) -> Iterator[Iterator[Array]]:
+def _details(signal: Array, wavelet: transforms.WaveletConfig) -> Iterator[Iterator[Array]]:
     """The details of each level, phase by phase."""
     from pywt import dwt
 
-    phases, length = range(n_phase(wavelet.levels)), _head_length(wavelet)
+    phases, length = range(transforms.n_phase(wavelet.levels)), _head_length(wavelet)
     records, heads = [signal], sliding_window_view(signal, length, axis=-1)
     for _ in range(wavelet.levels):
         starts = np.stack([_joined(heads, phase, records, 3 * length) for phase in phases], axis=-2)
@@ -79,16 +63,16 @@ def _joined(heads: Array, phase: int, records: list[Array], length: int | None =
     return np.concatenate([head, shared[..., head.shape[-1] :]], axis=-1)
 
 
-def _head_length(wavelet: WaveletConfig) -> int:
+def _head_length(wavelet: transforms.WaveletConfig) -> int:
     """Number of coefficients to compute separately for each phase.
 
     At least the number that depends on the first samples, and the number of filter taps.
     """
-    first_inner: int = inner_coefficients(1, wavelet)[-1].start
-    return decomposition_filters(wavelet)[0].size + first_inner
+    first_inner: int = transforms.inner_coefficients(1, wavelet)[-1].start
+    return transforms.decomposition_filters(wavelet)[0].size + first_inner
 
 
-class DwtOptions(ChannelOptions, WaveletConfig):
+class DwtOptions(ChannelOptions, transforms.WaveletConfig):
     """Options of `Dwt`."""
 
 
@@ -118,7 +102,7 @@ class Dwt(SingleChannelIndicator[DwtOptions]):
             Output(f"a{level}", unit, f"RMS of the approximations of level {level}") for level in levels
         ]
         if self.options.phase == "all":
-            phases = {"phase": n_phase(self.options.levels)}
+            phases = {"phase": transforms.n_phase(self.options.levels)}
             for each in outputs[: self.options.levels]:
                 long_name = f"{each.long_name} at each phase"
                 outputs.append(replace(each, name=f"{each.name}_phases", long_name=long_name, dims=phases))
@@ -127,12 +111,12 @@ class Dwt(SingleChannelIndicator[DwtOptions]):
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is too short for the levels."""
         n_sample = records.n_time - self.options.latest_start
-        return shortage(n_sample, self.options.name, self.options.levels)
+        return transforms.shortage(n_sample, self.options.name, self.options.levels)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the channel, each (n_record,); over phases (n_record, n_phase)."""
         wavelet, signal = self.options, self.signal(records)
-        rms = coefficient_rms(signal[:, wavelet.first_sample :], wavelet)
+        rms = transforms.coefficient_rms(signal[:, wavelet.first_sample :], wavelet)
         values = {f"d{level + 1}": rms.detail[:, level] for level in range(wavelet.levels)}
         values |= {f"a{level + 1}": rms.approximation[:, level] for level in range(wavelet.levels)}
         if wavelet.phase == "all":
@@ -144,10 +128,10 @@ class Dwt(SingleChannelIndicator[DwtOptions]):
 class ModwtOptions(ChannelOptions):
     """Options of `Modwt`."""
 
-    wavelet: WaveletName = "db8"
+    wavelet: transforms.WaveletName = "db8"
     """Name in PyWavelets."""
 
-    levels: Levels = 5
+    levels: transforms.Levels = 5
     """Number of levels; d1 is the finest detail."""
 
     boundary: Literal["left_out", "circle"] = "left_out"
@@ -156,9 +140,9 @@ class ModwtOptions(ChannelOptions):
     do not match, the jump dominates the fine details."""
 
     @property
-    def transform(self) -> WaveletConfig:
+    def transform(self) -> transforms.WaveletConfig:
         """The wavelet and its levels."""
-        return WaveletConfig(name=self.wavelet, levels=self.levels)
+        return transforms.WaveletConfig(name=self.wavelet, levels=self.levels)
 
 
 class Modwt(SingleChannelIndicator[ModwtOptions]):
@@ -182,7 +166,7 @@ class Modwt(SingleChannelIndicator[ModwtOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is shorter than the longest filter."""
-        options, longest = self.options, boundary_length(self.options.transform) + 1
+        options, longest = self.options, transforms.boundary_length(self.options.transform) + 1
         if records.n_time < longest:
             return (
                 f"{options.levels} levels of {options.wavelet} need {longest} samples, not {records.n_time}"
@@ -191,7 +175,11 @@ class Modwt(SingleChannelIndicator[ModwtOptions]):
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the channel, each (n_record,)."""
-        measure = undecimated_rms if self.options.boundary == "circle" else inner_undecimated_rms
+        measure = (
+            transforms.undecimated_rms
+            if self.options.boundary == "circle"
+            else transforms.inner_undecimated_rms
+        )
         rms = measure(self.signal(records), self.options.transform)
         levels = range(self.options.levels)
         return {f"d{level + 1}": rms.detail[:, level] for level in levels} | {
@@ -220,13 +208,13 @@ def packet_coefficients(
 class WaveletPacketOptions(ChannelOptions):
     """Options of `WaveletPacket`."""
 
-    wavelet: WaveletName = "db8"
+    wavelet: transforms.WaveletName = "db8"
     """Name in PyWavelets."""
 
     level: Annotated[int, Field(strict=True, ge=1, le=10)] = 4
     """Level whose 2^level nodes are measured; up to level 5 the cost is small."""
 
-    extension: Extension = "symmetric"
+    extension: transforms.Extension = "symmetric"
     """Extension of the record at its ends."""
 
 
@@ -252,13 +240,13 @@ class WaveletPacket(SingleChannelIndicator[WaveletPacketOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is too short for the level."""
-        return shortage(records.n_time, self.options.wavelet, self.options.level)
+        return transforms.shortage(records.n_time, self.options.wavelet, self.options.level)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the channel, each (n_record,)."""
         options = self.options
         nodes = packet_coefficients(self.signal(records), options.wavelet, options.level, options.extension)
-        rms = root_mean_square(nodes)
+        rms = transforms.root_mean_square(nodes)
         return {output.name: rms[:, node] for node, output in enumerate(self.outputs)}
 
 
@@ -268,19 +256,19 @@ _CHAMBERS = {"chamber_1": Channel.CHAMBER_1_PRESSURE, "chamber_2": Channel.CHAMB
 class A4Options(Section):
     """Options of `A4`."""
 
-    wavelet: WaveletName = "db8"
+    wavelet: transforms.WaveletName = "db8"
     """Name in PyWavelets."""
 
-    level: Levels = 4
+    level: transforms.Levels = 4
     """Level of the approximation, which contains frequencies below f_s/2^(level + 1)."""
 
     boundary: Literal["kept", "left_out"] = "kept"
     """Whether coefficients that depend on the symmetric extension of the record are used."""
 
     @property
-    def transform(self) -> WaveletConfig:
+    def transform(self) -> transforms.WaveletConfig:
         """The wavelet and its levels."""
-        return WaveletConfig(name=self.wavelet, levels=self.level, boundary=self.boundary)
+        return transforms.WaveletConfig(name=self.wavelet, levels=self.level, boundary=self.boundary)
 
 
 class A4(Indicator[A4Options]):
@@ -305,12 +293,12 @@ class A4(Indicator[A4Options]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is too short for the level."""
-        return shortage(records.n_time, self.options.wavelet, self.options.level)
+        return transforms.shortage(records.n_time, self.options.wavelet, self.options.level)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the pressures, each (n_record,)."""
         wavelet = self.options.transform
         return {
-            name: coefficient_rms(records[channel], wavelet).approximation[:, -1]
+            name: transforms.coefficient_rms(records[channel], wavelet).approximation[:, -1]
             for name, channel in _CHAMBERS.items()
         }

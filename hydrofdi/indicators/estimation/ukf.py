@@ -11,16 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrofdi.indicators.estimation import plant
 from hydrofdi.indicators.estimation.ekf import held_of, keep_moving, moving_of
-from hydrofdi.indicators.estimation.plant import (
-    FIRST_PARAMETER,
-    N_MEASURED,
-    N_STATE,
-    Places,
-    Tuning,
-    actual,
-    step_of,
-)
 from hydrofdi.physics import equation
 from hydrofdi.records import Array
 
@@ -122,7 +114,7 @@ GAUSSIAN = 2.0
 
 
 @equation
-def place_points(mean: Array, root: Array, spread: float, places: Places, points: Array) -> None:
+def place_points(mean: Array, root: Array, spread: float, places: plant.Places, points: Array) -> None:
     """Fill sigma points in the rows `places`: the mean, and points at ±a √n times each column of S.
 
     One point per column, a is the spread, 0 < a² ≤ b.
@@ -140,7 +132,7 @@ def place_points(mean: Array, root: Array, spread: float, places: Places, points
 
 @equation
 def gather_points(
-    points: Array, places: Places, spread: float, noise: Array, mean: Array, root: Array, rows: Array
+    points: Array, places: plant.Places, spread: float, noise: Array, mean: Array, root: Array, rows: Array
 ) -> None:
     """Compute mean and covariance root of propagated points plus process noise.
 
@@ -179,12 +171,12 @@ class Workspace(NamedTuple):
 
 def workspace(n: int, n_step: int) -> Workspace:
     """Allocate for n estimated states and `n_step` Runge-Kutta steps per sample."""
-    return Workspace(*map(np.zeros, ((2 * n_step + 1,), (n,), (N_STATE, 2 * n + 1), (3 * n + 2, n))))
+    return Workspace(*map(np.zeros, ((2 * n_step + 1,), (n,), (plant.N_STATE, 2 * n + 1), (3 * n + 2, n))))
 
 
 @equation
 def predict_unscented(
-    mean: Array, root: Array, spread: float, supply: float, tuning: Tuning, work: Workspace
+    mean: Array, root: Array, spread: float, supply: float, tuning: plant.Tuning, work: Workspace
 ) -> None:
     """Predict an estimate over one sample, along the spool path in its workspace; supply pressure [MPa]."""
     places, points, path = tuning.places, work.points, work.path
@@ -192,26 +184,26 @@ def predict_unscented(
     for i in range(path.size // 2):
         start, middle, end = path[2 * i], path[2 * i + 1], path[2 * i + 2]
         for k in range(points.shape[1]):
-            moving, a = moving_of(points[:, k]), actual(held_of(points[:, k]), supply, tuning.plant)
-            keep_moving(points[:, k], step_of(moving, tuning.step, start, middle, end, a, tuning.plant))
+            moving, a = moving_of(points[:, k]), plant.actual(held_of(points[:, k]), supply, tuning.plant)
+            keep_moving(points[:, k], plant.step_of(moving, tuning.step, start, middle, end, a, tuning.plant))
     gather_points(points, places, spread, tuning.walk, mean, root, work.rows)
 
 
 @equation
 def correct_unscented(
-    mean: Array, root: Array, measured: Array, is_open: bool, tuning: Tuning, work: Workspace
+    mean: Array, root: Array, measured: Array, is_open: bool, tuning: plant.Tuning, work: Workspace
 ) -> float:
     """Correct an estimate by the measurements of a sample; return the sum of normalised squared innovations.
 
     If the valve is closed, parameters are not updated, as in `ekf.find_gain`.
     """
     total = 0.0
-    for k in range(N_MEASURED):
+    for k in range(plant.N_MEASURED):
         innovation = measured[k] - mean[k]
         variance = find_gain(root, k, tuning.sensors[k], work.gain)
         measurement_update(root, k, tuning.sensors[k] / variance, work.gain)
         for i in range(mean.size):
-            if is_open or tuning.places[i] < FIRST_PARAMETER:
+            if is_open or tuning.places[i] < plant.FIRST_PARAMETER:
                 mean[i] += work.gain[i] * innovation
                 work.gain[i] = 0.0
             work.gain[i] *= np.sqrt(variance)

@@ -59,8 +59,7 @@ class _Pipe(io.TextIOWrapper):
 def run(*arguments: str | Path, check: int | None = None, **options: Any) -> Completed:
     """Run a command and look at its exit code."""
     done = run_hydrofdi(*arguments, **options)
-    if check is not None:
-        assert done.returncode == check, f"exit {done.returncode}\n{done.stdout}\n{done.stderr}"
+    assert check in (None, done.returncode), f"exit {done.returncode}\n{done.stdout}\n{done.stderr}"
     return done
 
 
@@ -69,10 +68,13 @@ def run_json(*arguments: str | Path, check: int = 0, **options: Any) -> Any:
     return json.loads(run(*arguments, "--json", check=check, **options).stdout)
 
 
-def wait_until(holds: Callable[[], Any], process: subprocess.Popen[str] | None = None) -> None:
-    """Wait two minutes at most, as long as a process lives."""
-    end = time.monotonic() + 120.0
-    while not holds():
+def wait_until(
+    holds: Callable[[], Any], process: subprocess.Popen[str] | None = None, seconds: float = 120.0
+) -> Any:
+    """Wait for something to become true, as long as a process lives; its last value."""
+    end = time.monotonic() + seconds
+    while not (value := holds()):
         assert process is None or process.poll() is None, "it ended"
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.01)
+    return value

@@ -55,10 +55,7 @@ def hydrofdi(tmp_path: Path) -> Command:
 SMALL = """\
 name: small
 record: {duration: 2 s}
-sweep:
-  grid:
-    leakage.internal_coefficient: [0, 1e-8]
-    fluid.bulk_modulus: [551 MPa, 827 MPa]
+sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551 MPa, 827 MPa]}}
 """
 
 

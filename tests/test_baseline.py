@@ -4,7 +4,6 @@
 import json
 import math
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -45,30 +44,21 @@ def test_a_baseline_that_leaks_is_a_mistake(leak):
 
 
 def test_runs_are_compared_with_the_own_actuator_and_leaks_are_solved_for_it():
-    table = expand_runs(load_experiment(None, [STIFF, EBM, FLOW]))
-    leaky = [run for run in table.runs if run.calibration]
-    assert len(leaky) == 3
-    assert {run.calibration.fluid.bulk_modulus for run in leaky} == {1.2e9}
+    table = expand_runs(load_experiment(None, [STIFF, EBM, FLOW, "leakage.external_coefficient=1e-13"]))
+    assert [run.calibration.fluid.bulk_modulus for run in table.runs if run.calibration] == [1.2e9] * 3
     (fixed,) = set(table.fixed_baseline)
-    assert table.runs[fixed].parameters.fluid.bulk_modulus == 1.2e9
+    healthy = table.runs[fixed].parameters
+    assert healthy.fluid.bulk_modulus == 1.2e9
     assert fixed < table.n_swept, "the sweep holds its own healthy run"
     assert table.matched_baseline[fixed] == fixed
+    assert (healthy.leakage.external_coefficient, healthy.leakage.internal_coefficient) == (1e-13, 0.0)
 
 
-def test_a_healthy_actuator_keeps_its_own_external_leakage():
-    table = expand_runs(load_experiment(None, ["leakage.external_coefficient=1e-13", FLOW]))
-    healthy = table.runs[table.fixed_baseline[-1]].parameters.leakage
-    assert (healthy.external_coefficient, healthy.internal_coefficient) == (1e-13, 0.0)
-
-
-def test_a_stored_request_keeps_the_baseline_that_it_names():
+def test_a_stored_request_keeps_the_baseline_that_it_names_and_may_have_defaults_of_keys_that_are_gone():
     """A request of earlier versions: stiff fluid, compared with the paper's."""
     stored = json.loads(load_experiment(None, [STIFF]).model_dump_json())
     stored["baseline"] = {"fluid.bulk_modulus": 551e6} | SEALED
     assert ExperimentConfig.model_validate(stored).baseline == stored["baseline"]
-
-
-def test_a_stored_request_may_have_the_defaults_of_keys_that_are_gone():
     experiment = load_experiment("detectability-smoke")
     stored = json.loads(experiment.model_dump_json())
     stored["replicates"] = {"count": 0, "seed": 0, "over": {}}
@@ -79,65 +69,35 @@ def test_a_stored_request_may_have_the_defaults_of_keys_that_are_gone():
         ExperimentConfig.model_validate(stored, context=STORED)
 
 
-SAMPLE = "name: s\n{more}\nsweep:\n  sample:\n    count: {count}\n    over:\n      {over}\n"
+COUNT = 4096
 
 
-def over(tmp_path, entry, *settings, more="", count=64):
-    file = tmp_path / "s.yaml"
-    file.write_text(SAMPLE.format(over=entry, more=more, count=count))
-    return load_experiment(file, settings)
+def sampled(over, *settings, method="sobol", seed=1, **config):
+    sample = f"sweep.sample={{method: {method}, count: {COUNT}, seed: {seed}, over: {{{over}}}}}"
+    return load_experiment(config, [sample, *settings])
 
 
-@pytest.mark.parametrize(
-    ("entry", "kind", "arguments"),
-    [
-        ("supply.pressure: {uniform: ±5 %}", "uniform", [0.95 * 17.2e6, 1.05 * 17.2e6]),
-        ("supply.pressure: {uniform: +/-0.2 MPa}", "uniform", [17.0e6, 17.4e6]),
-        ("valve.lap: {uniform: ±1 µm}", "uniform", [-1e-6, 1e-6]),
-        ("actuator.mass: {normal: ±2.4 %}", "normal", [12.3, 0.024 * 12.3]),
-        ("friction.scale: {triangular: ±30 %}", "triangular", [0.7, 1.0, 1.3]),
-        ("pressure_1_sensor.bias: {normal: ± 25 kPa}", "normal", [0.0, 25e3]),
-    ],
-)
-def test_plus_or_minus_is_taken_about_the_nominal_value(tmp_path, entry, kind, arguments):
-    (law,) = over(tmp_path, entry).sweep.sample.over.values()
+def drawn(over, *settings, **options):
+    """The drawn values, parameter by parameter."""
+    table = expand_runs(sampled(over, *settings, **options))
+    return [np.array(table.runs[:COUNT].values(name)) for name in table.axes]
+
+
+@pytest.mark.parametrize(("entry", "kind", "arguments"), [
+    ("supply.pressure: {uniform: ±5 %}", "uniform", [0.95 * 17.2e6, 1.05 * 17.2e6]),
+    ("supply.pressure: {uniform: +/-0.2 MPa}", "uniform", [17.0e6, 17.4e6]),
+    ("valve.lap: {uniform: ±1 µm}", "uniform", [-1e-6, 1e-6]),
+    ("actuator.mass: {normal: ±2.4 %}", "normal", [12.3, 0.024 * 12.3]),
+    ("friction.scale: {triangular: ±30 %}", "triangular", [0.7, 1.0, 1.3]),
+    ("pressure_1_sensor.bias: {normal: ± 25 kPa}", "normal", [0.0, 25e3]),
+])  # fmt: skip
+def test_plus_or_minus_is_taken_about_the_nominal_value(entry, kind, arguments):
+    (law,) = sampled(entry).sweep.sample.over.values()
     assert law == {kind: pytest.approx(arguments)}
-
-
-def test_the_nominal_value_is_that_of_the_file_and_of_settings(tmp_path):
-    entry, more = "fluid.bulk_modulus: {uniform: ±10 %}", "fluid: {bulk_modulus: 600 MPa}"
-    in_file, set_later = (
-        over(tmp_path, entry, *settings, more=more) for settings in ([], ["fluid.bulk_modulus=1 GPa"])
-    )
-    ends = [each.sweep.sample.over["fluid.bulk_modulus"]["uniform"] for each in (in_file, set_later)]
-    assert ends == [pytest.approx([540e6, 660e6]), pytest.approx([0.9e9, 1.1e9])]
-
-
-def test_whole_numbers_are_drawn_with_both_ends(tmp_path):
-    runs = expand_runs(over(tmp_path, "input.seed: {integers: [3, 6]}", more="input: {shape: steps}")).runs
-    values = runs.values("input.seed")
-    assert set(values) == {3, 4, 5, 6}
-    assert all(type(value) is int for value in values)
-
-
-@pytest.mark.parametrize(
-    "entry",
-    [
-        "valve.lap: {uniform: ±20 %}", "supply.pressure: {uniform: ±0.2 mm}",
-        "supply.pressure: {uniform: ±0 MPa}", "supply.pressure: {loguniform: ±5 %}",
-        "friction.law: {uniform: ±5 %}", "friction.viscous: {truncated_normal: [50, 1]}",
-        "friction.viscous: {truncated_normal: [50, 0, 1, 2]}", "friction.viscous: {lognormal: [50, 1]}",
-        "friction.viscous: {lognormal: [50, 2 kg]}", "friction.viscous: {triangular: [1, 3, 2]}",
-        "friction.viscous: {trianglar: [1, 2, 3]}", "leakage.internal_flow: {uniform: ±5 %}", "input.seed: {uniform: [0, 9]}",
-        "supply.pressure: {integers: [1, 9]}", "input.seed: {integers: [9, 1]}",
-        "supply.presure: {uniform: ±5 %}",
-    ],
-)  # fmt: skip
-def test_a_mistake_is_one_line_with_its_place(tmp_path, entry):
-    with pytest.raises(ConfigError) as error:
-        over(tmp_path, entry)
-    (mistake,) = error.value.mistakes
-    assert mistake.origin == f"{tmp_path / 's.yaml'}:7"
+    for settings, nominal in (([], 600e6), (["fluid.bulk_modulus=1 GPa"], 1e9)):
+        loaded = sampled("EBM: {uniform: ±10 %}", *settings, fluid={"bulk_modulus": 600e6})
+        (law,) = loaded.sweep.sample.over.values()
+        assert law == {"uniform": pytest.approx([0.9 * nominal, 1.1 * nominal])}
 
 
 FLOWS = "sweep.grid.leakage.internal_flow=[0 L/min, 0.12 L/min, 0.5 L/min]"
@@ -158,7 +118,7 @@ def test_each_run_is_solved_for_its_own_actuator_by_default():
     assert runs_of(union).solutions() == {"flows": 2, "conditions": 2, "total": 3}
 
 
-def test_at_the_nominal_actuator_each_flow_is_solved_once():
+def test_at_the_nominal_actuator_of_its_scenario_each_flow_is_solved_once():
     experiment = load_experiment(None, [FLOWS, DRAWN, NOMINAL, "baseline.supply.pressure=17 MPa"])
     runs = expand_runs(experiment).runs
     assert runs.solutions() == {"flows": 2, "conditions": 1, "total": 2}
@@ -166,30 +126,15 @@ def test_at_the_nominal_actuator_each_flow_is_solved_once():
     leaky = [run for run in runs if run.calibration]
     assert len(leaky) == 32
     for run in leaky:
-        assert run.calibration.leakage.internal_flow == run.parameters.leakage.internal_flow
-        assert run.calibration.friction == nominal.friction
-        assert run.calibration.actuator == nominal.actuator
-        assert run.calibration.supply.pressure == 17e6
+        solved = run.calibration
+        assert solved.leakage.internal_flow == run.parameters.leakage.internal_flow
+        assert (solved.friction, solved.actuator) == (nominal.friction, nominal.actuator)
+        assert solved.supply.pressure == 17e6
     for run in runs_of(FLOWS, "sweep.zip.leakage.law=[orifice, laminar]", NOMINAL):
         assert run.calibration is None or run.calibration.leakage.law == "orifice"
-
-
-def test_every_scenario_has_its_own_nominal_actuator():
     runs = runs_of(FLOWS, DRAWN, NOMINAL, "ensemble.grid.supply.pressure=[16 MPa, 18 MPa]")
     assert runs.solutions() == {"flows": 2, "conditions": 2, "total": 4}
-    for run in runs:
-        assert run.calibration is None or run.calibration.supply == run.parameters.supply
-
-
-def test_a_leaky_baseline_is_solved_under_the_same_conditions():
-    """Files refuse such a baseline; results of earlier versions may have it."""
-    experiment = load_experiment(None, [DRAWN, NOMINAL])
-    leaky = experiment.baseline | {"leakage.internal_flow": 1e-6}
-    table = expand_runs(experiment.model_copy(update={"baseline": leaky}))
-    assert table.runs.solutions() == {"flows": 1, "conditions": 1, "total": 1}
-    healthy = table.runs[int(table.matched_baseline[3])]
-    assert healthy.parameters.friction == table.runs[3].parameters.friction
-    assert healthy.calibration.friction != healthy.parameters.friction
+    assert all(run.calibration is None or run.calibration.supply == run.parameters.supply for run in runs)
 
 
 def test_a_nominal_coefficient_is_shared_and_flows_differ(tmp_path, experiment_file):
@@ -216,56 +161,30 @@ def _refusal(file: Path, *settings: str) -> str:
     return str(refused.value)
 
 
-@pytest.fixture
-def own(tmp_path: Path) -> Callable[[str], Path]:
+@pytest.mark.parametrize("text", [
+    "record: {duration: 2 s}",
+    "record: {duration: 0.2 s}\nanalysis: {discard: 0 s}",
+    "wavelet: {levels: 7, phase: 3}",
+    "input: {period: 8 s}",
+    "sweep: {grid: {input.period: [2 s, 4 s]}}",
+    "sweep: {grid: {record.duration: [2 s, 8 s]}}",
+    "wavelet: {levels: 8}",
+])  # fmt: skip
+def test_the_least_duration_and_the_levels_that_are_named_work_and_one_sample_or_level_does_not(
+    experiment_file, tmp_path, text: str
+) -> None:
     (tmp_path / "base.yaml").write_text(BASE)
-
-    def write(text: str) -> Path:
-        file = tmp_path / "own.yaml"
-        file.write_text(f"extends: base.yaml\n{text}")
-        return file
-
-    return write
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "record: {duration: 2 s}\n",
-        "record: {duration: 0.2 s}\nanalysis: {discard: 0 s}\n",
-        "wavelet: {levels: 7, phase: 3}\n",
-        "input: {period: 8 s}\n",
-        "sweep: {grid: {input.period: [2 s, 4 s]}}\n",
-        "sweep: {grid: {record.duration: [2 s, 8 s]}}\n",
-    ],
-)
-def test_the_least_duration_that_is_named_works_and_a_sample_less_does_not(own, text: str) -> None:
-    file = own(text)
+    file = experiment_file(f"extends: base.yaml\n{text}\n")
     found = re.search(r"set record\.duration to (\S+) s or more", _refusal(file))
     assert found
     least = float(found[1])
     key = "sweep.grid.record.duration=[{} s]" if "record.duration:" in text else "record.duration={} s"
     expand_runs(load_experiment(file, [key.format(least)]))
     assert "set record.duration to" in _refusal(file, key.format(round(least - 0.002, 6)))
-
-
-def test_the_number_of_levels_that_is_named_works(own) -> None:
-    file = own("wavelet: {levels: 8}\n")
-    found = re.search(r"or wavelet\.levels to (\d+)", _refusal(file))
-    assert found
-    expand_runs(load_experiment(file, [f"wavelet.levels={found[1]}"]))
-    assert "wavelet.levels" in _refusal(file, f"wavelet.levels={int(found[1]) + 1}")
-
-
-COUNT = 4096
-METHODS = ["sobol", "lhs", "random"]
-
-
-def drawn(over, *, method="sobol"):
-    """The drawn values, parameter by parameter."""
-    sample = f"sweep.sample={{method: {method}, count: {COUNT}, seed: 1, over: {over}}}"
-    table = expand_runs(load_experiment(None, [sample]))
-    return [np.array(table.runs[:COUNT].values(name)) for name in table.axes]
+    if levels := re.search(r"or wavelet\.levels to (\d+)", _refusal(file)):
+        expand_runs(load_experiment(file, [f"wavelet.levels={levels[1]}"]))
+        assert "wavelet.levels" in _refusal(file, f"wavelet.levels={int(levels[1]) + 1}")
+    assert levels or "levels: 8" not in text
 
 
 LAWS = {
@@ -280,22 +199,27 @@ LAWS = {
 }
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_draws_follow_their_distribution(method):
+@pytest.mark.parametrize("method", ["sobol", "lhs", "random"])
+def test_draws_follow_their_distribution_and_their_seed(method):
     for law, expected in LAWS.items():
-        (values,) = drawn(f"{{friction.viscous: {{{law}}}}}", method=method)
+        (values,) = drawn(f"friction.viscous: {{{law}}}", method=method)
         distance = stats.kstest(values, expected.cdf).statistic
         assert distance < (2.0 / math.sqrt(COUNT) if method == "random" else 2.0 / COUNT), law
-    over = "{friction.viscous: {truncated_normal: [50, 1 kN·s/m, 45, 60]}, actuator.mass: {triangular: [9, 9, 9.1]}}"
+    over = "friction.viscous: {truncated_normal: [50, 1 kN·s/m, 45, 60]}, actuator.mass: {triangular: [9, 9, 9.1]}"
     viscous, mass = drawn(over, method=method)
-    assert (viscous.min(), viscous.max()) == pytest.approx((45, 60), abs=0.1)
-    assert 45 <= viscous.min() <= viscous.max() <= 60
+    assert 45 <= viscous.min() < 45.1 < 59.9 < viscous.max() <= 60
     assert 9 <= mass.min() <= mass.max() <= 9.1
+    again, other = (drawn(over, method=method, seed=seed)[0] for seed in (1, 2))
+    assert (viscous == again).all()
+    assert (viscous != other).any()
+    assert {*drawn("actuator.mass: {choice: [12, 13]}", method=method)[0]} == {12.0, 13.0}
+    whole = expand_runs(sampled("input.seed: {integers: [3, 6]}", "input.shape=steps", method=method)).runs
+    assert {(value, type(value)) for value in whole.values("input.seed")} == {(n, int) for n in (3, 4, 5, 6)}
 
 
 def test_deviations_have_the_unit_of_the_parameter_and_factors_have_none():
-    (values,) = drawn("{fluid.bulk_modulus: {truncated_normal: [600 MPa, 20 MPa, 0.5 GPa, 0.7 GPa]}}")
+    (values,) = drawn("EBM: {truncated_normal: [600 MPa, 20 MPa, 0.5 GPa, 0.7 GPa]}")
     assert values.std() == pytest.approx(20e6, rel=0.01)
-    (values,) = drawn("{fluid.bulk_modulus: {lognormal: [600 MPa, 1.1]}}")
+    (values,) = drawn("EBM: {lognormal: [600 MPa, 1.1]}")
     assert np.median(values) == pytest.approx(600e6, rel=1e-3)
     assert np.quantile(values, 0.8413) / 600e6 == pytest.approx(1.1, rel=1e-3)

@@ -1,8 +1,5 @@
 """What Python and the command line offer: names, and a command as a process."""
 
-import os
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -13,45 +10,20 @@ from tests.commands import run_hydrofdi, run_process
 from tests.conftest import REPOSITORY
 
 
-def test_the_public_names_are_few_documented_and_there():
+def test_the_public_names_are_few_documented_and_there_and_the_citation_has_their_version():
     assert len(hydrofdi.__all__) <= 37
     assert set(dir(hydrofdi)) == set(hydrofdi.__all__)
     for name in hydrofdi.__all__:
         assert name == "__version__" or getattr(hydrofdi, name).__doc__
-
-
-def test_the_citation_names_this_version():
     citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
     assert citation["version"] == hydrofdi.__version__
 
 
-EXPECTED = {
-    ".ci", ".gitignore", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "Makefile",
-    "README.md", "SECURITY.md", "benchmarks", "configs", "constraints.txt", "docs", "hydrofdi",
-    "pyproject.toml", "results", "tests",
-}  # fmt: skip
-
-
-@pytest.mark.skipif(
-    not (REPOSITORY / ".git").exists() or shutil.which("git") is None,
-    reason="not a clone, or no git: git clone, apt install git",
-)
-def test_nothing_but_the_project_is_at_its_top():
-    listed = subprocess.run(["git", "ls-files"], cwd=REPOSITORY, capture_output=True, text=True, check=True)
-    assert {name.partition("/")[0] for name in listed.stdout.splitlines()} == EXPECTED
-
-
-SHORT = "--set=record.duration=2 s"
-
-
 @pytest.mark.parametrize(
-    ("arguments", "code"),
-    [(("simulate", SHORT), 0), (("simulate", SHORT, "--set=fluid.bulk_modulus=1e13"), 1), (("swep",), 2)],
+    ("setting", "code"), [("--set=record.duration=2 s", 0), ("--set=EBM=1e13", 1), ("-x", 2)]
 )
-def test_output_and_exit_code_are_those_of_a_process(
-    arguments: tuple[str, ...], code: int, tmp_path: Path
-) -> None:
-    here, there = (run(*arguments, cwd=tmp_path) for run in (run_hydrofdi, run_process))
+def test_output_and_exit_code_are_those_of_a_process(setting: str, code: int, tmp_path: Path) -> None:
+    here, there = (run("simulate", setting, cwd=tmp_path) for run in (run_hydrofdi, run_process))
     assert here.returncode == there.returncode == code
     assert (here.stdout, here.stderr) == (there.stdout, there.stderr)
 
@@ -62,10 +34,3 @@ def test_a_fault_is_a_traceback_and_exit_code_3(tmp_path: Path, monkeypatch: pyt
     assert (done.returncode, done.stdout) == (3, "")
     assert "Traceback" in done.stderr
     assert "'NoneType' object is not callable" in done.stderr
-
-
-def test_nothing_of_a_command_stays_behind(tmp_path: Path) -> None:
-    before = dict(os.environ), os.getcwd()
-    (tmp_path / "sweep.yaml").write_text("record: {duration: 2 s}\nstore: {signals: none}\n")
-    assert run_hydrofdi("sweep", "sweep.yaml", "--workers", "2", cwd=tmp_path).returncode == 0
-    assert (dict(os.environ), os.getcwd()) == before

@@ -15,41 +15,19 @@ from tests.commands import run, run_json
 from tests.conftest import sweep_in
 
 
-@pytest.mark.parametrize(
-    ("text", "unit", "expected"),
-    [
-        ("551 MPa", "Pa", 551e6),
-        ("17.2MPa", "Pa", 17.2e6),
-        ("100 bar", "Pa", 1e7),
-        ("0.12 L/min", "m^3/s", 2e-6),
-        ("280 cm^3", "m^3", 280e-6),
-        ("633 mm²", "m^2", 633e-6),
-        ("22 µm/V", "m/V", 22e-6),
-        ("50 N·s/m", "N*s/m", 50.0),
-        ("-1e1", "V", -10.0),
-        ("70 %", "1", 0.7),
-        ("1 m^1.5/kg^0.5", "m^1.5/kg^0.5", 1.0),
-        ("1 m^(3/2)/kg^(1/2)", "m^1.5/kg^0.5", 1.0),
-        ("1 m³/(s·Pa)", "m^3/(s*Pa)", 1.0),
-        ("5 Pa/√Hz", "Pa/Hz^0.5", 5.0),
-        ("5 mPa/sqrt(Hz)", "Pa/Hz^0.5", 5e-3),
-        ("5 Pa·s^0.5", "Pa/Hz^0.5", 5.0),
-        ("0.4 µm/s/√Hz", "m/s/Hz^0.5", 4e-7),
-        ("1 V", "kg*m^2/(s^3*A)", 1.0),
-        ("1 kgf/cm^2", "Pa", 98066.5),
-        ("1 lbf/in^2", "psi", 1.0),
-        ("1 psi", "Pa", 6894.757293168361336),
-        ("1 galUS/min", "L/min", 3.785411784),
-        ("32 cSt", "mm^2/s", 32.0),
-        ("1 atm", "hPa", 1013.25),
-        ("160 barg", "Pa", 16e6),
-        ("160 bara", "Pa", 16e6 - 101_325.0),
-        ("1013.25 mbar(a)", "Pa", 0.0),
-        ("500 kPa (abs)", "Pa", 398_675.0),
-        ("500 kPa(g)", "Pa", 5e5),
-        ("1 psig", "Pa", 6894.757293168361336),
-    ],
-)
+@pytest.mark.parametrize(("text", "unit", "expected"), [
+    ("551 MPa", "Pa", 551e6), ("17.2MPa", "Pa", 17.2e6), ("100 bar", "Pa", 1e7),
+    ("0.12 L/min", "m^3/s", 2e-6), ("280 cm^3", "m^3", 280e-6), ("633 mm²", "m^2", 633e-6),
+    ("22 µm/V", "m/V", 22e-6), ("70 %", "1", 0.7), ("50 N·s/m", "N*s/m", 50.0), ("-1e1", "V", -10.0),
+    ("1 m^1.5/kg^0.5", "m^1.5/kg^0.5", 1.0), ("1 m^(3/2)/kg^(1/2)", "m^1.5/kg^0.5", 1.0),
+    ("1 m³/(s·Pa)", "m^3/(s*Pa)", 1.0), ("5 Pa/√Hz", "Pa/Hz^0.5", 5.0),
+    ("5 mPa/sqrt(Hz)", "Pa/Hz^0.5", 5e-3), ("5 Pa·s^0.5", "Pa/Hz^0.5", 5.0),
+    ("0.4 µm/s/√Hz", "m/s/Hz^0.5", 4e-7), ("1 V", "kg*m^2/(s^3*A)", 1.0), ("1 kgf/cm^2", "Pa", 98066.5),
+    ("1 lbf/in^2", "psi", 1.0), ("1 psi", "Pa", 6894.757293168361336), ("1 galUS/min", "L/min", 3.785411784),
+    ("32 cSt", "mm^2/s", 32.0), ("1 atm", "hPa", 1013.25), ("160 barg", "Pa", 16e6),
+    ("160 bara", "Pa", 16e6 - 101_325.0), ("1013.25 mbar(a)", "Pa", 0.0), ("500 kPa (abs)", "Pa", 398_675.0),
+    ("500 kPa(g)", "Pa", 5e5), ("1 psig", "Pa", 6894.757293168361336),
+])  # fmt: skip
 def test_a_quantity_is_read_in_si(text, unit, expected):
     assert parse_quantity(text, unit) == expected
 
@@ -77,13 +55,10 @@ def test_no_text_raises_anything_but_a_value_error(text):
         parse_quantity(text, "Pa")
 
 
-@pytest.mark.parametrize(
-    ("text", "unit", "meant"),
-    [
-        ("1.2 GPA", "Pa", "'GPa'"), ("30 bars", "Pa", "'bar'"), ("0.1 lpm", "m^3/s", "'L/min'"),
-        ("633 mm2", "m^2", "'mm²'"), ("20 mpa", "Pa", "'MPa' or 'mPa'?"), ("3 N-s/m", "N*s/m", "'N·s/m'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "unit", "meant"), [
+    ("1.2 GPA", "Pa", "'GPa'"), ("30 bars", "Pa", "'bar'"), ("0.1 lpm", "m^3/s", "'L/min'"),
+    ("633 mm2", "m^2", "'mm²'"), ("20 mpa", "Pa", "'MPa' or 'mPa'?"), ("3 N-s/m", "N*s/m", "'N·s/m'"),
+])  # fmt: skip
 def test_misspelt_units_get_the_one_that_they_may_stand_for(text, unit, meant):
     with pytest.raises(ValueError, match=f"did you mean {re.escape(meant)}"):
         parse_quantity(text, unit)
@@ -98,35 +73,23 @@ def test_what_is_converted_comes_back_a_bare_number_as_it_is_and_what_is_no_numb
     assert convert(math.inf, unit) == math.inf
 
 
-SAMPLED = """
-name: own
-fluid: {bulk_modulus: 1.2 GPa}
-sweep:
-  sample:
-    count: 4
-    over: {friction.velocity_threshold: {normal: [900 um/s, 9 um/s]}, supply.pressure: {uniform: ±5 bar}}
-"""
-
-
 def test_values_of_sections_axes_and_distributions_are_remembered_with_their_units(tmp_path, experiment_file):
-    assert load_experiment(experiment_file(SAMPLED)).units == {
-        "fluid.bulk_modulus": "GPa",
-        "friction.velocity_threshold": "um/s",
-        "supply.pressure": "bar",
-    }
+    over = "friction.velocity_threshold: {normal: [900 um/s, 9 um/s]}, supply.pressure: {uniform: ±5 bar}"
+    sample = f"sweep: {{sample: {{count: 4, over: {{{over}}}}}}}"
+    units = load_experiment(experiment_file(f"name: own\nfluid: {{bulk_modulus: 1.2 GPa}}\n{sample}\n")).units
+    assert units == {
+        "fluid.bulk_modulus": "GPa", "friction.velocity_threshold": "um/s", "supply.pressure": "bar",
+    }  # fmt: skip
     assert " µm" in run("plan", "experiment.yaml", cwd=tmp_path).stdout
 
 
-def test_the_nearer_file_wins_and_a_setting_wins_over_it(tmp_path, experiment_file):
+def test_the_nearer_file_wins_a_setting_wins_over_it_and_stated_units_have_to_fit(tmp_path, experiment_file):
     (tmp_path / "base.yaml").write_text("fluid: {bulk_modulus: 551 MPa}\nsupply: {pressure: 17 MPa}")
     file = experiment_file("extends: base.yaml\nname: own\nfluid: {bulk_modulus: 5510 bar}")
     assert load_experiment(file).units == {"fluid.bulk_modulus": "bar", "supply.pressure": "MPa"}
     settings = ["fluid.bulk_modulus=80000 psi", "sweep.grid.valve.lap=[0.01 mm, 0.02 mm]"]
     units = load_experiment(file, settings).units
     assert units == {"fluid.bulk_modulus": "psi", "supply.pressure": "MPa", "valve.lap": "mm"}
-
-
-def test_units_can_be_stated_and_have_to_fit(experiment_file):
     stated = "units: {fluid.bulk_modulus: GPa}\nfluid: {bulk_modulus: 551 MPa}"
     assert load_experiment(experiment_file(stated)).units == {"fluid.bulk_modulus": "GPa"}
     for wrong in ("fluid.bulk_modulus: L/min", "fluid.law: bar"):

@@ -57,19 +57,10 @@ def test_whatever_holds_the_samples_and_their_time_gives_the_numbers_of_the_comm
     assert table["reasons"].tolist() == [""]
 
 
-def test_a_file_gives_the_bits_of_the_command(expected):
-    file, number = expected
-    for path in (file, str(file), [file]):
-        table = hydrofdi.measure(path, ["dwt"])
-        assert table["dwt.d2"][0] == number
-        assert table["record_id"][0] == "rig.csv"
-
-
 def test_a_table_turns_into_what_people_use():
     table = hydrofdi.measure(PRESSURE, {"dwt": {}, "volterra": {}}, sampling_frequency=RATE)
     data = table.to_xarray()
-    assert data["dwt.d2"].dims == ("record",)
-    assert data["dwt.d2"].attrs["units"] == "Pa"
+    assert (data["dwt.d2"].dims, data["dwt.d2"].attrs["units"]) == (("record",), "Pa")
     assert data["volterra.coefficients"].dims == ("record", "volterra.term")
     assert all(each in repr(table) for each in ("dwt.d2", "[kPa]"))
     assert "<td" in table._repr_html_()
@@ -78,9 +69,12 @@ def test_a_table_turns_into_what_people_use():
 
 
 def test_records_side_by_side_are_rows_with_their_names_and_reasons():
-    table = hydrofdi.measure(np.stack([PRESSURE, 2.0 * PRESSURE]), sampling_frequency=RATE)
+    labels = {"label": ["sound", "worn"], "group": "monday"}
+    table = hydrofdi.measure(np.stack([PRESSURE, 2.0 * PRESSURE]), sampling_frequency=RATE, **labels)
     np.testing.assert_allclose(table["dwt.d1"][1], 2.0 * table["dwt.d1"][0])
-    assert table["record_id"].tolist() == ["0", "1"]
+    for found in (table, hydrofdi.measure([INDEXED[:2000], INDEXED], **labels)):
+        names = [found[name].tolist() for name in ("record_id", "label", "group")]
+        assert names == [["0", "1"], ["sound", "worn"], ["monday", "monday"]]
     stuck = np.full_like(PRESSURE, 5e6)
     table = hydrofdi.measure([PRESSURE.tolist(), stuck.tolist()], sampling_frequency=RATE)
     assert np.isnan(table["dwt.d2"]).tolist() == [False, True]
@@ -95,75 +89,28 @@ def test_records_side_by_side_are_rows_with_their_names_and_reasons():
     assert table["dwt.d2"][0] == table["dwt.d2"][1]
 
 
-HEALTHY = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((120, 500))
-AT_1_KHZ = {"sampling_frequency": "1 kHz"}
-WANTED = {"output": "d2", "direction": "both", "false_alarm_rate": "5 %", **AT_1_KHZ}
-OPTIONS = {"name": "db4"}
-
-
-@pytest.mark.parametrize(
-    "form",
-    [
-        ({"dwt": OPTIONS}, {}),
-        ({"mine": {"kind": "dwt", **OPTIONS}}, {}),
-        ({"indicator": "dwt", "options": OPTIONS}, {}),
-        ("dwt", {"options": OPTIONS}),
-        (None, {"config": {"indicators": {"dwt": OPTIONS}}}),
-    ],
-)
-def test_every_form_trains_the_same_detector(form):
-    indicator, more = form
-    wanted = hydrofdi.train(HEALTHY, config={"indicator": "dwt", "options": OPTIONS}, **WANTED)
-    found = hydrofdi.train(HEALTHY, indicator, **more, **WANTED)
-    assert found.file.limits == wanted.file.limits
-    assert found.file.limits != hydrofdi.train(HEALTHY, "dwt", **WANTED).file.limits
-
-
-GIVEN = {
-    "piston_area": "20 cm^2", "chamber_volume": "1 L", "bulk_modulus": "1 GPa", "flow_gain": 0.03,
-    "area_gradient": "20 mm",
-}  # fmt: skip
-COLUMNS = ("P1 [Pa]", "P2 [Pa]", "x [m]", "u [V]")
-
-
-@pytest.fixture(scope="module")
-def records():
-    draw = np.random.default_rng(1)
-    drive = np.tile(np.repeat([2.0, -2.0], 250), 2)
-    motion = np.cumsum(drive) * 1e-5
-    signals = (8.6e6 + 1e6 * drive, 8.6e6 - 1e6 * drive, motion, drive)
-    sizes = (2e4, 2e4, 1e-5, 1e-3)
-    return {
-        name: signal + size * draw.standard_normal((40, 1000))
-        for name, signal, size in zip(COLUMNS, signals, sizes, strict=True)
-    }
-
-
-def balance(**options):
-    return {"flow_balance": {"spool": "command", "supply": "sum"} | options}
-
-
-def test_constants_that_nobody_gave_are_named_by_measure_and_by_a_detector(records, tmp_path):
-    remark, *_ = hydrofdi.measure(records, balance(piston_area="20 cm^2"), sampling_frequency=500.0).remarks
+def test_constants_that_nobody_gave_are_named_by_measure_and_by_a_detector(tmp_path):
+    draw, drive = np.random.default_rng(1), np.tile(np.repeat([2.0, -2.0], 250), 2)
+    signals = {
+        "P1 [Pa]": (8.6e6 + 1e6 * drive, 2e4), "P2 [Pa]": (8.6e6 - 1e6 * drive, 2e4),
+        "x [m]": (np.cumsum(drive) * 1e-5, 1e-5), "u [V]": (drive, 1e-3),
+    }  # fmt: skip
+    records = {name: each + size * draw.standard_normal((40, 1000)) for name, (each, size) in signals.items()}
+    one = {"flow_balance": {"spool": "command", "supply": "sum", "piston_area": "20 cm^2"}}
+    given = {"chamber_volume": "1 L", "bulk_modulus": "1 GPa", "flow_gain": 0.03, "area_gradient": "20 mm"}
+    all_of_them = {"flow_balance": {"supply": "sum", "piston_area": "20 cm^2"} | given}
+    remark, *_ = hydrofdi.measure(records, one, sampling_frequency=500.0).remarks
     named = "chamber_volume, bulk_modulus, flow_gain, area_gradient, spool_gain, natural_frequency"
     assert remark.startswith(f"flow_balance: not given: {named}, damping_ratio; the nominal actuator")
-    for chosen in ("dwt", {"flow_balance": {"supply": "sum"} | GIVEN}):
+    for chosen in ("dwt", all_of_them):
         remarks = hydrofdi.measure(records, chosen, sampling_frequency=500.0).remarks
         assert not any("not given" in remark for remark in remarks)
     assert hydrofdi.measure(hydrofdi.simulate(duration="2 s"), "flow_balance").remarks == ()
-    config = {"indicators": balance(piston_area="20 cm^2"), "output": "leakage", "false_alarm_rate": 0.2}
+    config = {"indicators": one, "output": "leakage", "false_alarm_rate": 0.2}
     detector = hydrofdi.train(records, config=config, accept=True, sampling_frequency=500.0)
     assert "piston_area = 2000 mm², chamber_volume = 280 cm³" in detector.summary
     detector.save(tmp_path / "detector.json")
     assert hydrofdi.Detector.load(tmp_path / "detector.json").summary.count("Warning: flow_balance: ") == 1
-
-
-def test_records_of_different_length_make_a_list(expected):
-    table = hydrofdi.measure([INDEXED[:2000], INDEXED], label=["sound", "worn"], group="monday")
-    assert table["record_id"].tolist() == ["0", "1"]
-    assert table["label"].tolist() == ["sound", "worn"]
-    assert table["group"].tolist() == ["monday", "monday"]
-    assert table["dwt.d2"][1] == pytest.approx(expected[1], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["Druck A (bar)", "Druck A"])

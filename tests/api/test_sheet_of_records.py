@@ -19,16 +19,14 @@ from tests.single_rod import RATE, STROKE, data_sheet, recorded
 RATIO = 0.7
 
 
-def constants():
-    """Each option of an indicator or a description that is marked as a constant of the plant."""
-    for kind in (MachineSheet, *(indicator_kind(name).Options for name in indicator_names())):
-        for name, info in kind.model_fields.items():
-            if any(isinstance(mark, PlantConstant) for mark in info.metadata):
-                yield name, info
-
-
 def test_every_constant_of_the_plant_is_a_parameter_in_the_same_unit_with_the_same_default():
-    found = list(constants())
+    kinds = MachineSheet, *(indicator_kind(name).Options for name in indicator_names())
+    found = [
+        (name, info)
+        for kind in kinds
+        for name, info in kind.model_fields.items()
+        if any(isinstance(mark, PlantConstant) for mark in info.metadata)
+    ]
     assert len({name for name, _ in found}) >= 19
     for name, info in found:
         parameter = PLANT_PARAMETERS[name]
@@ -118,34 +116,13 @@ def test_measured_records_are_judged_with_the_data_sheet_of_their_description(ma
     assert not any("piston_area" in remark for remark in judged.remarks)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "channel"),
-    [
-        ({"position_zero": "extended"}, "piston_position"),
-        ({"supply_pressure": "120 bar"}, "supply_pressure"),
-        ({"stroke": "200 mm"}, "piston_position"),
-    ],
-)
-def test_samples_beyond_the_stroke_or_the_supply_of_the_description_are_remarked(machine, wrong, channel):
-    describe("wrong", "leaking", **wrong)
-    remarks = hydrofdi.inspect("wrong.yaml").remarked
-    assert channel in remarks["out_of_range"].examples[0][1]
+def test_samples_beyond_the_stroke_or_the_supply_of_the_description_are_remarked(machine):
+    for key, value in (("position_zero", "extended"), ("supply_pressure", "120 bar"), ("stroke", "200 mm")):
+        describe("wrong", "leaking", **{key: value})
+        remarks = hydrofdi.inspect("wrong.yaml").remarked
+        channel = key if key == "supply_pressure" else "piston_position"
+        assert channel in remarks["out_of_range"].examples[0][1]
     assert "out_of_range" not in hydrofdi.inspect("leaking.yaml").remarks
-
-
-def test_a_record_of_which_nothing_is_known_is_not_ok(machine):
-    describe("small", "leaking", chamber_volume="1 cm³", stroke=None, position_zero="centre")
-    table = hydrofdi.measure("small.yaml", "flow_balance")
-    assert list(table["status"]) == ["not_measured"]
-    assert "chamber 1" in table["reasons"][0] or "chamber 2" in table["reasons"][0]
-
-
-def test_few_records_stand_beside_each_other_with_the_answer_first(machine):
-    lines = run("measure", "healthy.yaml", "leaking.yaml", "--indicators", "flow_balance").stdout.splitlines()
-    assert lines[0].split() == ["number", "healthy.csv", "leaking.csv"]
-    named = [line.split()[0] for line in lines if line.startswith("flow_balance.")]
-    assert named[0] == "flow_balance.leakage"
-    assert not any(name.endswith("_error") for name in named)
 
 
 def test_records_of_two_machines_are_not_measured_together(machine):
@@ -174,16 +151,3 @@ def test_a_detector_keeps_the_data_sheet_and_refuses_records_of_another_machine(
     assert len(own.judge("leaking.yaml")) == 10
     with pytest.raises(ConfigError, match="piston_area_2"):
         own.judge("other.yaml")
-
-
-def test_the_description_that_inspect_writes_has_the_data_sheet_as_comments(machine):
-    hydrofdi.inspect("healthy.yaml")
-    header = "time [s],P1 [Pa],P2 [Pa]\n"
-    (machine / "plain.csv").write_text(header + "".join(f"{n / 500},{n}e5,{n + 1}e5\n" for n in range(99)))
-    hydrofdi.inspect("plain.csv", write="plain.yaml")
-    text = (machine / "plain.yaml").read_text()
-    before, _, after = text.partition("# actuator:")
-    (machine / "plain.yaml").write_text(before + "actuator:" + after.replace("#   ", "  "))
-    assert hydrofdi.inspect("plain.yaml").n_record == 1
-    for name in MachineSheet.model_fields:
-        assert f"\n#   {name}: " in text

@@ -30,32 +30,16 @@ def measured(signals, options):
     return hydrofdi.measure(signals, {"flow_balance": options}, sampling_frequency=RATE)
 
 
-@pytest.mark.parametrize(
-    ("distance", "options"),
-    [
-        (0.0, RIGHT),
-        (0.0, {name: value for name, value in RIGHT.items() if name != "chamber_volume_2"}),
-        (STROKE / 2.0, FROM_THE_END),
-        (-STROKE / 2.0, FROM_THE_END | {"position_zero": "extended"}),
-        (STROKE / 2.0, RIGHT | {"chamber_volume": DEAD, "chamber_volume_2": DEAD + ROD_AREA * STROKE}),
-    ],
-)
+@pytest.mark.parametrize(("distance", "options"), [
+    (0.0, {name: value for name, value in RIGHT.items() if name != "chamber_volume_2"}),
+    (STROKE / 2.0, FROM_THE_END), (-STROKE / 2.0, FROM_THE_END | {"position_zero": "extended"}),
+    (STROKE / 2.0, RIGHT | {"chamber_volume": DEAD, "chamber_volume_2": DEAD + ROD_AREA * STROKE}),
+])  # fmt: skip
 def test_a_sealed_cylinder_has_no_leak_wherever_its_position_is_zero(records, distance, options):
     found = measured(moved(records, distance), options)
     assert abs(found["flow_balance.leakage"][0]) < 4.0 * found["flow_balance.leakage_error"][0]
     assert found["flow_balance.bulk_modulus"][0] == pytest.approx(MODULUS, rel=0.03)
     assert not [remark for remark in found.remarks if "doubtful" in remark]
-
-
-@pytest.mark.parametrize(
-    "indicator", ["flow_balance", "weak_rls", "ekf_joint", "adaptive_observer", "reduced_order"]
-)
-def test_a_chamber_without_volume_is_not_measured(records, indicator):
-    plain = {name: value for name, value in RIGHT.items() if name != "supply"}
-    found = hydrofdi.measure(
-        moved(records, STROKE / 2.0), {indicator: plain | {"spool": "measured"}}, sampling_frequency=RATE
-    )
-    assert "volume of chamber 2" in found["reasons"][0]
 
 
 def test_constants_and_strokes_that_no_actuator_has_are_refused(records):
@@ -73,110 +57,62 @@ def trained(signals, indicator, options, **more):
     return hydrofdi.train(signals, {indicator: options}, **given)
 
 
-def test_an_impossible_estimate_is_a_remark_and_a_warning_of_training(records):
+def share_told(table):
+    told = zip(table["doubt"], table["fault"], strict=True)
+    return np.mean([bool(doubt) or fault == "novel" for doubt, fault in told])
+
+
+def test_a_model_that_does_not_explain_a_machine_is_told_unless_the_detector_was_trained_on_it(records):
     found = measured(records, ONE_AREA)
     assert found["status"][0] == "doubtful"
     assert any("doubtful" in remark for remark in found.remarks)
-    accepted = trained(records, "flow_balance", ONE_AREA)
-    assert "Warning" in accepted.summary
-    assert None not in list(accepted.judge(records, sampling_frequency=RATE)["alarm"])
-
-
-def told(table):
-    return zip(table["doubt"], table["fault"], strict=True)
-
-
-def test_a_model_that_does_not_explain_a_machine_is_a_doubt_or_novel_unless_it_was_trained_on_it(records):
-    wrong = moved(records, 0.12)
-    judged = [
-        trained(healthy, "weak_rls", RIGHT, accept=True).judge(wrong, sampling_frequency=RATE)
-        for healthy in (records, wrong)
-    ]
-    of_another, own = (
-        np.mean([bool(doubt) or fault == "novel" for doubt, fault in told(each)]) for each in judged
-    )
-    assert of_another > 0.5
-    assert own == 0.0
-
-
-def test_training_says_that_a_data_sheet_does_not_fit_the_healthy_records(records):
-    def fits(healthy):
-        return "data sheet does not fit" not in trained(healthy, "weak_rls", RIGHT, accept=True).summary
-
-    assert fits(records)
-    assert not fits(moved(records, 0.12))
+    assert "Warning" in trained(records, "flow_balance", ONE_AREA).summary
+    wrong, fits, told = moved(records, 0.12), [], []
+    for healthy in (records, wrong):
+        detector = trained(healthy, "weak_rls", RIGHT, accept=True)
+        fits.append("data sheet does not fit" not in detector.summary)
+        told.append(share_told(detector.judge(wrong, sampling_frequency=RATE)))
+    assert fits == [True, False]
+    assert told[0] > 0.5
+    assert told[1] == 0.0
 
 
 P1, P2, X, U = "chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage"
-INDICATOR = {"flow_balance": {"spool": "command", "supply": "sum"}}
-RATE_SIGNS = "500 Hz"
+BY_COMMAND, AT = {"flow_balance": {"spool": "command", "supply": "sum"}}, {"sampling_frequency": "500 Hz"}
 
 
-def machine(seed, duration="64 s", leak="0 L/min"):
+def machine(seed, duration, leak="0 L/min"):
     run = hydrofdi.simulate(
         "motions/closed-loop", duration=duration, input={"seed": seed}, load={"seed": seed},
         pressure_1_sensor={"noise": "20 kPa"}, pressure_2_sensor={"noise": "20 kPa"}, internal_flow=leak,
     )  # fmt: skip
-    signals = run.to_xarray()
-    return {name: np.array(signals[name]) for name in (P1, P2, X, U)}
+    return {name: run[name] for name in (P1, P2, X, U)}
 
 
-def reversed_position(of):
-    return of | {X: -of[X]}
+def mistaken(of):
+    """The same with a reversed position, and with swapped pressures."""
+    return of | {X: -of[X]}, of | {P1: of[P2], P2: of[P1]}
 
 
-def swapped_pressures(of):
-    return of | {P1: of[P2], P2: of[P1]}
-
-
-@pytest.fixture(scope="module")
-def healthy():
-    return machine(1)
-
-
-@pytest.fixture(scope="module")
-def leaking():
-    return machine(9, "16 s", "0.5 L/min")
-
-
-def trained_signs(signals, **more):
-    return hydrofdi.train(
-        signals, INDICATOR, window="2 s", false_alarm_rate="5 %", sampling_frequency=RATE_SIGNS, **more
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("mistaken", [reversed_position, swapped_pressures])
-def test_a_detector_is_not_trained_on_records_that_no_actuator_gives(healthy, mistaken):
-    table = hydrofdi.measure(mistaken(healthy), INDICATOR, sampling_frequency=RATE_SIGNS)
-    assert any("bulk_modulus" in remark for remark in table.remarks)
-    assert list(table["status"]) == ["doubtful"]
-    assert np.isfinite(table["flow_balance.bulk_modulus"]).all()
-    with pytest.raises(DataError):
-        trained_signs(mistaken(healthy))
-    assert "Warning: flow_balance.bulk_modulus" in trained_signs(mistaken(healthy), accept=True).summary
-
-
-def test_a_leaking_machine_with_mistaken_channels_is_never_healthy(healthy, leaking):
-    sound = hydrofdi.measure(healthy, INDICATOR, sampling_frequency=RATE_SIGNS)
-    assert not any("doubtful" in remark for remark in sound.remarks)
-    assert list(sound["status"]) == ["ok"]
-    detector = trained_signs(healthy)
-    assert all(detector.judge(leaking, sampling_frequency=RATE_SIGNS)["alarm"])
-    for mistaken in (reversed_position, swapped_pressures):
-        found = detector.judge(mistaken(leaking), sampling_frequency=RATE_SIGNS)
+def test_records_that_no_actuator_gives_are_not_trained_on_and_never_judged_healthy():
+    healthy, leaking = machine(1, "64 s"), machine(9, "16 s", "0.5 L/min")
+    wanted = {"window": "2 s", "false_alarm_rate": "5 %"} | AT
+    for wrong, status in ((healthy, "ok"), *((each, "doubtful") for each in mistaken(healthy))):
+        table = hydrofdi.measure(wrong, BY_COMMAND, **AT)
+        assert list(table["status"]) == [status]
+        assert any("doubtful" in remark for remark in table.remarks) == (status != "ok")
+        assert np.isfinite(table["flow_balance.bulk_modulus"]).all()
+        if status != "ok":
+            with pytest.raises(DataError):
+                hydrofdi.train(wrong, BY_COMMAND, **wanted)
+            accepted = hydrofdi.train(wrong, BY_COMMAND, **wanted, accept=True)
+            assert "Warning: flow_balance.bulk_modulus" in accepted.summary
+    detector = hydrofdi.train(healthy, BY_COMMAND, **wanted)
+    assert all(detector.judge(leaking, **AT)["alarm"])
+    for wrong in (*mistaken(leaking), mistaken(machine(9, "16 s"))[0]):
+        found = detector.judge(wrong, **AT)
         assert False not in list(found["alarm"])
-        assert all(doubt or fault == "novel" for doubt, fault in told(found))
-    found = detector.judge(reversed_position(machine(9, "16 s")), sampling_frequency=RATE_SIGNS)
-    assert False not in list(found["alarm"])
-    assert all(doubt or fault == "novel" for doubt, fault in told(found))
-
-
-def test_a_sign_that_reverses_the_valve_is_no_alarm(records):
-    detector = trained(records, "flow_balance", RIGHT, output="leakage", window="2 s")
-    position = "piston_position"
-    found = detector.judge(records | {position: -records[position]}, sampling_frequency=RATE)
-    assert set(found["fault"]) == {"novel"}
-    assert any("beyond its limit" in reason for reason in found["reason"])
+        assert share_told(found) == 1.0
 
 
 BALANCES, OBSERVERS = ("flow_balance", "weak_rls"), ("adaptive_observer", "reduced_order")

@@ -32,12 +32,9 @@ def files(tmp_path_factory):
             text = "".join(f"{value!r}\n" for value in samples.tolist())
             (folder / f"{label}_{number:02}.csv").write_text(f"P1 [Pa]\n{text}")
     description = {
-        "files": "*.csv",
-        "sampling_frequency": "1 kHz",
-        "path": "{label}_{number}.csv",
-        "label": "{label}",
+        "files": "*.csv", "sampling_frequency": "1 kHz", "path": "{label}_{number}.csv", "label": "{label}",
         "channels": {"chamber_1_pressure": {"column": "P1 [Pa]"}},
-    }
+    }  # fmt: skip
     (folder / "rig.yaml").write_text(json.dumps(description))
     return folder / "rig.yaml"
 
@@ -55,9 +52,8 @@ def test_records_in_memory_teach_what_the_command_learns_from_files(files, tmp_p
     options = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--healthy", "sound")
     run("train", files, *options, "--out", tmp_path / "detector.json", check=0)
     told = promise(hydrofdi.Detector.load(tmp_path / "detector.json"))
-    dims = ("record", "time")
     labelled = xarray.DataArray(
-        BOTH, dims=dims, coords={"label": ("record", LABELS)}, name="P1", attrs={"units": "Pa"}
+        BOTH, {"label": ("record", LABELS)}, ("record", "time"), "P1", {"units": "Pa"}
     )
     frames = [pandas.DataFrame({"P1 [Pa]": samples}) for samples in BOTH]
     for given in (
@@ -67,8 +63,7 @@ def test_records_in_memory_teach_what_the_command_learns_from_files(files, tmp_p
         {"data": labelled, "healthy": "sound", "sampling_frequency": RATE},
         {"data": HEALTHY, "sampling_frequency": RATE},
     ):
-        made = promise(hydrofdi.train(**given, **WANTED))
-        assert made == told
+        assert promise(hydrofdi.train(**given, **WANTED)) == told
 
 
 def test_what_is_saved_is_what_is_loaded(tmp_path):
@@ -76,11 +71,9 @@ def test_what_is_saved_is_what_is_loaded(tmp_path):
     detector.save(str(tmp_path / "saved.json"))
     for name in ("made.json", "saved.json"):
         assert hydrofdi.Detector.load(tmp_path / name).file == detector.file
-    low, high = detector.file.limits.interval
-    assert f"false alarms in 20 % of healthy windows ({100 * low:.3g} to {100 * high:.3g} %)" in repr(
-        detector
-    )
-    assert detector.summary.split("\n")[1].startswith("A score below ")
+    low, high = (100 * each for each in detector.file.limits.interval)
+    said = f"false alarms in 20 % of healthy windows ({low:.3g} to {high:.3g} %)"
+    assert said in repr(detector)
     assert detector.summary.split("\n")[0] in detector._repr_html_()
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(hydrofdi.HydrofdiError, match="is not a detector file"):
@@ -88,39 +81,24 @@ def test_what_is_saved_is_what_is_loaded(tmp_path):
 
 
 def test_settings_come_from_a_mapping_a_file_or_keywords(tmp_path):
-    config = {"indicator": "dwt", **WANTED, "window": {"duration": "0.5 s"}}
-    (tmp_path / "wanted.yaml").write_text(json.dumps(config))
-    by_keywords = hydrofdi.train(HEALTHY, "dwt", **WANTED, window="0.5 s", sampling_frequency=RATE)
-    for given in (config, tmp_path / "wanted.yaml", str(tmp_path / "wanted.yaml")):
-        assert promise(hydrofdi.train(HEALTHY, given, sampling_frequency=RATE)) == promise(by_keywords)
-    shorter = hydrofdi.train(HEALTHY, config=config, window=0.48, sampling_frequency=RATE)
-    assert shorter.file.n_sample == 480
-
-
-def test_results_and_runs_are_records(tmp_path):
-    study = {
-        "name": "s",
-        "record": {"duration": "12 s"},
-        "sweep": {"grid": {"leakage.internal_flow": [0, "1 L/min"]}},
-    }
-    results = hydrofdi.sweep(study, out=tmp_path / "s", engine="in-process")
-    detector = hydrofdi.train(results, output="d2", direction="both", window="1 s", false_alarm_rate="30 %")
-    assert detector.left_out.n_leaking == 1
-    run_of_it = hydrofdi.simulate(duration="12 s")
-    (score, *_), (same, *_) = (detector.judge(each)["score"] for each in (run_of_it, tmp_path / "s"))
-    assert score == pytest.approx(same, rel=1e-6)
-    assert hydrofdi.measure([run_of_it, results])["dwt.d2"].shape == (3,)
+    config = {"indicator": "dwt", "options": {"name": "db4"}, **WANTED, "window": {"duration": "0.5 s"}}
+    (file := tmp_path / "wanted.yaml").write_text(json.dumps(config))
+    keywords = {**WANTED, "window": "0.5 s", "sampling_frequency": RATE}
+    expected = promise(hydrofdi.train(HEALTHY, "dwt", options={"name": "db4"}, **keywords))
+    assert expected != promise(hydrofdi.train(HEALTHY, "dwt", **keywords))
+    for given in (config, file, str(file), {"dwt": {"name": "db4"}}, {"own": {"kind": "dwt", "name": "db4"}}):
+        more = {"sampling_frequency": RATE} if given in (config, file, str(file)) else keywords
+        assert promise(hydrofdi.train(HEALTHY, given, **more)) == expected
+    chosen = {"indicators": {"dwt": {"name": "db4"}}}
+    assert promise(hydrofdi.train(HEALTHY, config=chosen, **keywords)) == expected
+    assert hydrofdi.train(HEALTHY, config=config, window=0.48, sampling_frequency=RATE).file.n_sample == 480
 
 
 def test_an_evaluation_in_memory_is_that_of_the_command(files):
     told = run_json("evaluate", files, "--healthy", "sound", "--false-alarm-rate", "20 %")
     given = {"healthy": "sound", "false_alarm_rate": 0.2}
-    made = hydrofdi.evaluate(BOTH, label=LABELS, sampling_frequency=RATE, **given)
     assert hydrofdi.evaluate(files, **given).to_dict() == told
-    keys = ("indicator", "direction", "unit", "refusals")
-    assert [[each[key] for key in keys] for each in made.to_dict()["detection"]] == [
-        [each[key] for key in keys] for each in told["detection"]
-    ]
+    made = hydrofdi.evaluate(BOTH, label=LABELS, sampling_frequency=RATE, **given)
     frame = made.to_pandas()
     found = frame[(frame.indicator == made.best) & (frame.population == "leaking")].iloc[0]
     assert (found.alarms, found.n, found.auc) == (40, 40, 1.0)
@@ -128,24 +106,6 @@ def test_an_evaluation_in_memory_is_that_of_the_command(files):
     assert made.best in made._repr_html_()
     with pytest.raises(hydrofdi.HydrofdiError, match="label: state the condition of each record"):
         hydrofdi.evaluate(BOTH, sampling_frequency=RATE)
-
-
-def test_few_records_and_windows_that_are_no_whole_periods_of_u_are_warned_of():
-    long = noisy(5 * 12).reshape(5, -1)
-    for n_record, is_warned in ((1, True), (2, True), (5, False)):
-        wanted = WANTED | {"window": "1 s", "sampling_frequency": RATE}
-        summary = hydrofdi.train(long[:n_record], **wanted).summary
-        assert any(line.startswith("Warning: ") for line in summary.split("\n")) is is_warned
-    time = np.arange(0.0, 100.0, 0.02)
-    square = np.sign(np.sin(np.pi * time + 0.1))
-    pressure = 5e6 + 3e5 * square + 1e5 * np.random.default_rng(0).normal(size=time.size)
-    signals = {"chamber_1_pressure": pressure, "input_voltage": square}
-    settings = {"output": "standard_deviation", "direction": "both", "false_alarm_rate": "10 %"}
-    settings |= {"sampling_frequency": "50 Hz"}
-    for window, is_warned in (("0.5 s", True), ("2.02 s", True), ("2 s", False)):
-        detector = hydrofdi.train(signals, "pressure_statistics", window=window, **settings)
-        assert detector.file.basis.drive_period == 2.0
-        assert ("periods of the drive" in detector.summary) is is_warned
 
 
 def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(files, tmp_path):
@@ -187,11 +147,9 @@ def test_the_scores_are_drawn_with_limits_if_there_are_any(n_healthy):
     has_limits = any(each.threshold is not None for each in found.detection.judgements)
     assert has_limits == (n_healthy == 100)
     figure = found.plot()
-    assert any(axis._left_title.get_text().startswith("dwt.d1") for axis in figure.axes)
     rows = [text.get_text() for text in figure.axes[0].get_yticklabels()]
     assert rows == ["healthy (fit)", "healthy", "worn"]
     assert any(axis.lines for axis in figure.axes) == has_limits
-    assert figure._repr_png_().startswith(b"\x89PNG")
     assert not has_limits or found.plot("roc").axes
     with pytest.raises(ReportError, match="densities"):
         found.plot("density")

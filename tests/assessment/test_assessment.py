@@ -13,21 +13,12 @@ from hydrofdi.simulation.batch import simulate_batch
 from tests.commands import run, run_json
 
 SHORT = ("record.duration=2 s", "input.period=1 s")
-SWEEP = """
-record: {duration: 2 s}
-input: {period: 1 s}
-sweep:
-  grid:
-    leakage.internal_flow: [0.12 L/min, 0.89 L/min]
-    fluid.bulk_modulus: [551 MPa, 827 MPa]
-    friction.viscous: [50, 60]
-"""
 
 
-def test_every_distinct_run_is_inspected_once(tmp_path):
-    file = tmp_path / "sweep.yaml"
-    file.write_text(SWEEP)
-    found = hydrofdi.check(load_experiment(file))
+def test_every_distinct_run_is_inspected_once():
+    flows, moduli = "leakage.internal_flow=[0.12 L/min, 0.89 L/min]", "fluid.bulk_modulus=[551 MPa, 827 MPa]"
+    axes = (flows, moduli, "friction.viscous=[50, 60]")
+    found = hydrofdi.check(load_experiment(settings=[*SHORT, *(f"sweep.grid.{axis}" for axis in axes)]))
     columns = ((mode["bulk_modulus"], mode["leakage_coefficient"]) for mode in found.modes)
     seen = {*zip(columns, (mode["labels"]["friction.viscous"] for mode in found.modes), strict=True)}
     assert len(seen) == len(found.modes) == 3 * 2 * 2, "leakages and sealed, EBM, frictions"
@@ -50,20 +41,11 @@ def test_a_machine_that_cannot_lift_its_load_is_shown_without_the_leaks_that_it_
     assert changed[0].startswith("load")
 
 
-GRID = """
-record: {duration: 2 s}
-input: {period: 1 s}
-sweep:
-  grid:
-    fluid.bulk_modulus: {linspace: [500 MPa, 900 MPa, 20]}
-    leakage.internal_coefficient: {linspace: [1e-9, 3e-8, 20]}
-"""
-
-
-def test_runs_of_a_large_grid_are_spread_evenly_over_it_with_both_ends(tmp_path):
-    file = tmp_path / "grid.yaml"
-    file.write_text(GRID)
-    selection = select_runs(load_experiment(file), most=16)
+def test_runs_of_a_large_grid_are_spread_evenly_over_it_with_both_ends():
+    moduli, leaks = "{linspace: [500 MPa, 900 MPa, 20]}", "{linspace: [1e-9, 3e-8, 20]}"
+    axes = (f"fluid.bulk_modulus={moduli}", f"leakage.internal_coefficient={leaks}")
+    settings = [*SHORT, *(f"sweep.grid.{axis}" for axis in axes)]
+    selection = select_runs(load_experiment(settings=settings), most=16)
     assert (len(selection.jobs), selection.n_left_out, selection.n_run) == (16, 405, 421)
     *swept, third, second, first, last = selection.jobs
     assert all(job.leakage_coefficient == 0.0 for job in (third, second, first, last)), "healthy"
@@ -84,57 +66,41 @@ def test_what_follows_from_parameters_alone_covers_runs_that_are_not_simulated()
     assert [shown["least"], shown["largest"]] == [*map(natural_frequency, runs)]
 
 
-@pytest.mark.long
-def test_check_of_a_study_from_a_data_sheet_fits_a_screen(tmp_path):
-    sheet = {"bore": "50 mm", "rod": "28 mm", "stroke": "400 mm", "supply": "210 bar"}
-    sheet |= {"valve": "40 L/min at 70 bar", "mass": "250 kg", "oil": "HLP46"}
-    file = hydrofdi.init("mine", folder=tmp_path, **sheet)
-    assert len(run("check", file).stdout.splitlines()) <= 30
+def options(*settings):
+    return [part for setting in (*SHORT, *settings) for part in ("--set", setting)]
 
 
 def test_check_says_no_where_the_step_is_unstable():
-    settings = [part for setting in (*SHORT, "record.step=1 ms") for part in ("--set", setting)]
-    record = run_json("check", *settings, check=1)
+    record = run_json("check", *options("record.step=1 ms"), check=1)
     assert record["binding"] == "friction zone"
     assert any("friction zone" in problem for problem in record["problems"])
 
 
 def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for():
-    experiment = load_experiment(settings=SHORT)
     flows = [0.12e-3 / 60, 0.89e-3 / 60]
-    targets = calibrate(experiment, flows=flows)
+    targets = calibrate(load_experiment(settings=SHORT), flows=flows)
     np.testing.assert_allclose(targets["flow"], flows, rtol=1e-6)
-    run = RunParameters().with_values({"record.duration": 2.0, "input.period": 1.0})
+    own = RunParameters().with_values({"record.duration": 2.0, "input.period": 1.0})
     for target in targets:
-        trajectory = simulate_batch([run], [target["coefficient"]])
+        trajectory = simulate_batch([own], [target["coefficient"]])
         difference = trajectory.chamber_1_pressure - trajectory.chamber_2_pressure
         orifice = np.abs(internal_leakage_flow(difference, target["coefficient"])).mean()
         assert orifice == pytest.approx(target["flow"], rel=1e-6)
-
-
-@pytest.mark.parametrize("flow", ["50 L/min", "9 bar", "-1 L/min"])
-def test_impossible_flow_is_the_users_to_mend(flow):
-    settings = [part for setting in SHORT for part in ("--set", setting)]
-    run("calibrate", "--flow", flow, *settings, check=2)
+    for flow in ("50 L/min", "9 bar", "-1 L/min"):
+        run("calibrate", "--flow", flow, *options(), check=2)
 
 
 def test_step_limit_is_that_of_the_stiffest_run_of_a_sweep():
-    axis = "sweep.grid={friction.scale: [1, 2]}"
     one, stiffest = (
         hydrofdi.check(load_experiment(settings=(*SHORT, *more))).step_limits["friction zone"]
-        for more in ((), (axis,))
+        for more in ((), ("sweep.grid={friction.scale: [1, 2]}",))
     )
     assert stiffest == pytest.approx(0.5 * one, rel=1e-2)
 
 
 def test_sensors_do_not_touch_what_is_inspected_or_calibrated():
-    noisy = (
-        *SHORT,
-        "pressure_1_sensor.noise=1 MPa",
-        "velocity_sensor.bias=1 m/s",
-        "measurement.jitter=0.1 ms",
-    )
-    plain, loud = (load_experiment(settings=settings) for settings in (SHORT, noisy))
+    noisy = ("pressure_1_sensor.noise=1 MPa", "velocity_sensor.bias=1 m/s", "measurement.jitter=0.1 ms")
+    plain, loud = (load_experiment(settings=settings) for settings in (SHORT, SHORT + noisy))
     assert hydrofdi.check(plain).modes == hydrofdi.check(loud).modes
     first, second = (calibrate(each, flows=[1.5e-5]).to_dict() for each in (plain, loud))
     assert first == second

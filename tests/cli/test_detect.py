@@ -15,14 +15,11 @@ from hydrofdi.records.streams import Chunk
 from tests.commands import run_hydrofdi
 from tests.detectors.trained.made import FREQUENCY, noise_detector, pressure, with_chart, written
 
-P1 = Channel.CHAMBER_1_PRESSURE
-N_SAMPLE = 1000
-CONFIG = {"output": "d2", "direction": "rising", "window": {"duration": 1.0, "every": 0.5}}
-
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    return noise_detector(tmp_path_factory.mktemp("detector"), **CONFIG)
+    window = {"duration": 1.0, "every": 0.5}
+    return noise_detector(tmp_path_factory.mktemp("detector"), output="d2", direction="rising", window=window)
 
 
 def detected(trained, *sources):
@@ -39,7 +36,7 @@ def test_rows_are_those_of_a_monitor_on_the_same_stream(trained, tmp_path):
     for first in range(0, samples.size, 777):
         part = slice(first, first + 777)
         time = np.arange(samples.size)[part] / FREQUENCY
-        state, more = watch.step(state, Chunk(time, {P1: samples[part]}))
+        state, more = watch.step(state, Chunk(time, {Channel.CHAMBER_1_PRESSURE: samples[part]}))
         lines += [line_record(line, "Pa") for line in more if isinstance(line, WindowLine)]
     rows = [{key: row[key] for key in lines[0]} for row in found["windows"]]
     assert rows == lines
@@ -53,8 +50,7 @@ def test_the_summary_counts_what_the_rows_say_and_more_records_never_lose_the_in
     files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 1 else [])) for n in range(5)]
     found = [detected(trained, *files[:count]) for count in (1, 2, 4, 5)]
     summary, rows = found[-1][1]["summary"], found[-1][1]["windows"]
-    assert summary["n_record"] == 5
-    assert summary["n_judged"] == len(rows) == 35
+    assert (summary["n_record"], summary["n_judged"], len(rows)) == (5, 35, 35)
     assert summary["n_alarm"] == sum(row["alarm"] for row in rows) == 3
     assert summary["hours"] == pytest.approx(35 * 0.5 / 3600.0)
     low, high = summary["alarm_share_interval"]
@@ -74,7 +70,6 @@ def test_windows_that_overlap_do_not_narrow_the_interval(trained, tmp_path):
     config = file.config.model_copy(update={"window": window})
     apart.write_text(detector_text(file.model_copy(update={"config": config})), encoding="utf-8")
     summaries = [detected(each, source)[1]["summary"] for each in (trained, apart)]
-    assert [each["interval_rests_on"] for each in summaries] == ["windows"] * 2
     assert [each["n_judged"] for each in summaries] == [23, 12]
     widths = [np.ptp(each["alarm_share_interval"]) for each in summaries]
     assert widths[0] > 0.9 * widths[1]
@@ -98,38 +93,21 @@ def test_a_record_that_cannot_be_judged_says_why(trained, tmp_path, kind, option
     assert "no window of odd.csv was judged: " in ended.stderr
 
 
-def test_clipped_and_novel_windows_are_no_alarms(trained, tmp_path):
-    samples = pressure(6)
-    samples[2000:3000] = np.minimum(samples[2000:3000], 9.5e6)
-    samples[4000:] += 20e6
-    ended, found = detected(trained, written(tmp_path / "odd.csv", samples))
-    kinds = [row["fault"] and row["fault"]["kind"] for row in found["windows"]]
-    assert kinds[:3] == [None] * 3
-    assert kinds[4] == "clipped"
-    assert kinds[8:] == ["novel"] * 3
-    assert all((row["score"] is not None) and row["alarm"] is None for row in found["windows"][8:])
-    assert "healthy windows allow" in found["windows"][10]["fault"]["text"]
-    assert "not judged: " in ended.stderr
-
-
 def test_late_alarms_are_in_the_table_and_all_rows_in_csv(trained, tmp_path):
     source = written(tmp_path / "long.csv", pressure(40, leaking=[38]))
-    shown = run_hydrofdi("detect", trained, source)
-    assert shown.stdout.count("ALARM") == 3
-    assert shown.stdout.count("healthy") == 17
-    assert "20 of 79 rows" in shown.stdout
+    shown = run_hydrofdi("detect", trained, source).stdout
+    assert (shown.count("ALARM"), shown.count("healthy")) == (3, 17)
+    assert "20 of 79 rows" in shown
     table = run_hydrofdi("detect", trained, source, "--format", "csv").stdout
     rows = list(csv.DictReader(io.StringIO(table)))
-    assert len(rows) == 79
+    assert ({row["unit"] for row in rows}, len(rows)) == ({"Pa"}, 79)
     assert [float(row["start_s"]) for row in rows if row["alarm"] == "True"] == [37.5, 38.0, 38.5]
-    assert {row["unit"] for row in rows} == {"Pa"}
-    alarms = [row for row in rows if float(row["score"]) > float(row["high"])]
-    assert len(alarms) == 3
+    assert sum(float(row["score"]) > float(row["high"]) for row in rows) == 3
 
 
 def test_a_chart_decides_where_there_is_one_and_starts_anew_with_each_record(trained, tmp_path):
-    file, charted = load_detector(trained), tmp_path / "charted.json"
-    file = with_chart(file, limit=1e6, direction="rising")
+    charted = tmp_path / "charted.json"
+    file = with_chart(load_detector(trained), limit=1e6, direction="rising")
     charted.write_text(detector_text(file), encoding="utf-8")
     sources = [written(tmp_path / name, pressure(4, leaking=[2])) for name in ("a.csv", "b.csv")]
     _, found = detected(charted, *sources)

@@ -1,15 +1,14 @@
 import json
 import os
-import shutil
 
 import h5py
-import numpy as np
 import pytest
 
 import hydrofdi as package
-from hydrofdi.api.run import simulate
 from hydrofdi.config import load_experiment
 from tests.conftest import SMALL
+
+IN_PROCESS = ("--engine", "in-process")
 
 NO_NETWORK = """
 import socket
@@ -25,15 +24,15 @@ socket.socket = Blocked
 
 
 def test_options_are_a_sweep_and_the_file_that_they_write_is_the_same(hydrofdi, tmp_path):
-    short = ("--set", "duration=2 s", "--set", "store.signals=none", "--engine", "in-process")
+    short = ("--set", "duration=2 s", "--set", "store.signals=none", *IN_PROCESS)
     axes = ("--grid", "EBM=551MPa:827MPa:3", "--grid", "K_i=0,1e-8", "--name", "mine")
     assert hydrofdi("sweep", *axes, *short, "--write", "mine.yaml").returncode == 0
     with h5py.File(tmp_path / "results/mine/mine.h5") as file:
         assert len(set(zip(file["EBM"][:], file["K_i"][:], strict=True))) == 6
-    again = hydrofdi("sweep", "mine.yaml", "--engine", "in-process", "--json")
+    again = hydrofdi("sweep", "mine.yaml", *IN_PROCESS, "--json")
     assert json.loads(again.stdout)["skipped"] == 6
-    paired = json.loads(hydrofdi("plan", "--zip", "EBM=8e8,9e8", "--zip", "K_i=[0, 1e-8]", "--json").stdout)
-    assert paired["swept"] == 2
+    paired = hydrofdi("plan", "--zip", "EBM=8e8,9e8", "--zip", "K_i=[0, 1e-8]", "--json")
+    assert json.loads(paired.stdout)["swept"] == 2
     assert hydrofdi("sweep", *axes, *short, "--write", "mine.yaml").returncode == 2
 
 
@@ -41,7 +40,6 @@ def test_options_are_a_sweep_and_the_file_that_they_write_is_the_same(hydrofdi, 
     "axes",
     [
         ("--grid", "EBM=6e8,7e8", "--grid", "fluid.bulk_modulus=8e8"),
-        ("--grid", "EBM=6e8,7e8", "--grid", "EBM=8e8"),
         ("--grid", "K_i=0,1e-8", "--grid", "q_il=0,1 L/min"),
         ("--zip", "K_i=0,1e-8", "--zip", "q_il=0,1 L/min"),
         ("--set", "bulk_modulus=6e8", "--set", "EBM=7e8"),
@@ -52,21 +50,7 @@ def test_options_are_a_sweep_and_the_file_that_they_write_is_the_same(hydrofdi, 
 )
 def test_an_axis_is_never_dropped_silently(hydrofdi, axes):
     refused = hydrofdi("plan", *axes)
-    assert refused.returncode == 2
-    assert len(refused.stderr.splitlines()) == 1
-
-
-def test_a_run_that_diverges_is_a_stored_row_and_the_others_go_on(hydrofdi, failing_sweep, tmp_path):
-    assert failing_sweep.result.returncode == 1
-    assert failing_sweep.summary["failed"] == 1
-    with h5py.File(failing_sweep.file) as file:
-        statuses, messages = file["status"].asstr()[:].tolist(), file["message"].asstr()[:].tolist()
-        assert statuses == ["ok", "diverged", "ok"]
-        assert [bool(message) for message in messages] == [False, True, False]
-        assert np.isfinite(file["detail_rms"][:]).all(axis=1).tolist() == [True, False, True]
-    shutil.copytree(failing_sweep.folder, tmp_path, dirs_exist_ok=True)
-    again = hydrofdi("sweep", "experiment.yaml", "--json")
-    assert (again.returncode, json.loads(again.stdout)["completed"]) == (1, 0)
+    assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
 
 
 def test_no_connection_is_made(hydrofdi, tmp_path, experiment_file):
@@ -74,40 +58,19 @@ def test_no_connection_is_made(hydrofdi, tmp_path, experiment_file):
     guard.mkdir()
     (guard / "sitecustomize.py").write_text(NO_NETWORK)
     environment = {**os.environ, "PYTHONPATH": str(guard)}
-    config = experiment_file(SMALL)
-    assert hydrofdi("sweep", config, "--workers", "2", env=environment).returncode == 0
+    assert hydrofdi("sweep", experiment_file(SMALL), "--workers", "2", env=environment).returncode == 0
     assert hydrofdi("report", env=environment).returncode == 0
-
-
-AXES = {
-    "record.step": ["0.1 ms", "0.05 ms"], "wavelet.levels": [1, 3], "wavelet.name": ["db4", "haar"],
-    "input.amplitude": ["1 V", "3 V"], "valve.natural_frequency": ["150 Hz", "160 Hz"],
-    "supply.pressure": ["10 MPa", "11 MPa"],
-}  # fmt: skip
-
-
-def test_any_parameter_can_be_swept(hydrofdi, experiment_file):
-    blocks = "".join(f"    - grid: {{{axis}: {json.dumps(values)}}}\n" for axis, values in AXES.items())
-    config = experiment_file(f"record: {{duration: 2 s}}\nsweep:\n  union:\n{blocks}")
-    result = hydrofdi("sweep", config, "--engine", "in-process")
-    assert result.returncode == 0, result.stderr
-    rows = json.loads(hydrofdi("report", "--json").stdout)["rows"]
-    assert all(row["status"] == "ok" for row in rows)
-    for axis in AXES:
-        assert len({row["labels"][axis] for row in rows}) >= 2
 
 
 def test_records_and_features_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, experiment_file):
     config = experiment_file("sweep: {grid: {record.duration: [2 s, 4 s]}}\n")
-    result = hydrofdi("sweep", config, "--engine", "in-process")
+    result = hydrofdi("sweep", config, *IN_PROCESS)
     assert result.returncode == 2
     assert "store: {signals: none}" in result.stderr
-    assert hydrofdi("sweep", config, "--engine", "in-process", "--set", "store.signals=none").returncode == 0
-    for wavelet in ("levels: [4, 5]", "phase: [0, 3, all]"):
-        text = (
-            f"record: {{duration: 4 s}}\nstore: {{signals: none}}\nsweep: {{grid: {{wavelet.{wavelet}}}}}\n"
-        )
-        assert hydrofdi("plan", experiment_file(text)).returncode == 0
+    assert hydrofdi("sweep", config, *IN_PROCESS, "--set", "store.signals=none").returncode == 0
+    for axis in ("levels=[4, 5]", "phase=[0, 3, all]"):
+        settings = ("--set", "record.duration=4 s", "--set", "store.signals=none")
+        assert hydrofdi("plan", *settings, "--grid", f"wavelet.{axis}").returncode == 0
 
 
 SHUT = """\
@@ -118,73 +81,50 @@ sweep: {grid: {leakage.internal_flow: [0, 2 L/min], %s}}
 """
 
 
-def test_one_leak_out_of_reach_is_a_row_and_the_others_go_on(hydrofdi, experiment_file, tmp_path):
-    result = hydrofdi(
-        "sweep", experiment_file(SHUT % "input.amplitude: [2 V, 0 V]"), "--engine", "in-process"
-    )
-    assert result.returncode == 1
-    with h5py.File(tmp_path / "results/shut/shut.h5") as file:
-        assert file["status"].asstr()[:].tolist() == ["ok", "ok", "ok", "unreachable_leakage"]
-        assert file["message"].asstr()[3] == "no K_i gives a mean leakage of 2 L/min"
-    more = experiment_file(SHUT % "input.amplitude: [2 V, 0 V, 1e-12 V]")
-    assert hydrofdi("sweep", more, "--engine", "in-process").returncode == 1, "the possible leak is stored"
-    report = hydrofdi("report", "results/shut")
-    assert (report.returncode, "unreachable_leakage" in report.stdout) == (0, True)
-
-
-def test_a_sweep_without_any_possible_leak_names_each_condition_and_stores_nothing(
+def test_commands_without_any_possible_leak_name_each_condition_and_store_nothing(
     hydrofdi, experiment_file, tmp_path
 ):
     config = experiment_file(SHUT % "friction.viscous: [50 N*s/m, 60 N*s/m]")
-    result = hydrofdi("sweep", config, "--engine", "in-process", "--set", "input.amplitude=0 V")
-    lines = [
-        line for line in result.stderr.splitlines() if line.startswith("hydrofdi: leakage.internal_flow")
-    ]
+    still = ("--set", "record.duration=2 s", "--set", "input.amplitude=0 V")
+    result = hydrofdi("sweep", config, *IN_PROCESS, *still)
+    told = "hydrofdi: leakage.internal_flow"
+    lines = [line for line in result.stderr.splitlines() if line.startswith(told)]
     assert all(f"friction.viscous = {n} " in line for n, line in zip((50, 60), lines, strict=True))
     assert (result.returncode, os.listdir(tmp_path)) == (2, [config.name])
-    settings = ["--set", "record.duration=2 s", "--set", "input.amplitude=0 V"]
-    leak = ["--set", "leakage.internal_flow=2 L/min"]
-    for command in (["simulate", *leak], ["calibrate", "--flow", "2 L/min"]):
-        result = hydrofdi(*command, *settings)
-        assert (result.returncode, result.stderr.startswith("hydrofdi: leakage.internal_flow: ")) == (2, True)
-    result = hydrofdi("check", *leak, *settings, "--json")
+    leak = ("--set", "leakage.internal_flow=2 L/min")
+    for command in (("simulate", *leak), ("calibrate", "--flow", "2 L/min")):
+        result = hydrofdi(*command, *still)
+        assert (result.returncode, result.stderr.startswith(f"{told}: ")) == (2, True)
+    result = hydrofdi("check", *leak, *still, "--json")
     assert any(each.startswith("leakage.internal_flow: ") for each in json.loads(result.stdout)["problems"])
     assert result.returncode == 1
-
-
-SHORT = ("--set", "record.duration=2 s")
 
 
 def test_without_arguments_the_nominal_actuator_runs_from_any_folder_and_writes_nothing(hydrofdi, tmp_path):
     result = hydrofdi("simulate")
     assert (result.returncode, result.stderr) == (0, "")
-    assert all(word in result.stdout for word in ("L/min", "d1", "d5", "kPa", "MPa", "f_h"))
     assert not list(tmp_path.iterdir())
     assert hydrofdi("--version").stdout == f"hydrofdi {package.__version__}\n"
 
 
-def test_what_is_stored_is_what_is_printed(hydrofdi, tmp_path):
-    result = hydrofdi("simulate", *SHORT, "--out", "folder/run.h5", "--figure", "folder/run.png", "--json")
+@pytest.mark.parametrize("is_wild", [False, True])
+def test_what_is_stored_is_what_is_printed_also_of_a_run_that_diverges(hydrofdi, tmp_path, is_wild):
+    settings = ["record.duration=2 s", *(["fluid.bulk_modulus=1e13"] if is_wild else [])]
+    options = [part for each in settings for part in ("--set", each)]
+    result = hydrofdi("simulate", *options, "--out", "folder/run.h5", "--figure", "folder/run.png", "--json")
     printed = json.loads(result.stdout)
+    assert (result.returncode, printed["status"]) == ((1, "diverged") if is_wild else (0, "ok"))
     with h5py.File(tmp_path / "folder" / "run.h5") as file:
         assert file["run_id"].asstr()[0] == printed["run_id"]
-        assert file["detail_rms"][0].tolist() == printed["detail_rms_Pa"]
+        assert file["status"].asstr()[0] == printed["status"]
         assert file["chamber_1_pressure"].shape == (1, 1000)
-    assert (tmp_path / "folder" / "run.png").read_bytes().startswith(b"\x89PNG")
-    report = hydrofdi("report", "folder/run.h5", "--json")
-    assert json.loads(report.stdout)["rows"][0]["detail_rms_Pa"] == printed["detail_rms_Pa"]
-
-
-def test_a_run_that_diverges_is_stored_with_a_sentence_and_exit_code_1(hydrofdi, tmp_path):
-    result = hydrofdi("simulate", *SHORT, "--set", "fluid.bulk_modulus=1e13", "--json", "--out", "run.h5")
-    assert result.returncode == 1
-    printed = json.loads(result.stdout)
-    assert printed["status"] == "diverged"
-    assert printed["detail_rms_Pa"] == [None] * 5
-    assert "the state grew without bound" in result.stderr
-    assert "warning: the step of 0.0001 s is too long for the hydraulic mode" in result.stderr
-    with h5py.File(tmp_path / "run.h5") as file:
-        assert file["status"].asstr()[0] == "diverged"
+    (row,) = json.loads(hydrofdi("report", "folder/run.h5", "--json").stdout)["rows"]
+    assert row["detail_rms_Pa"] == printed["detail_rms_Pa"]
+    assert (printed["detail_rms_Pa"] == [None] * 5) == is_wild
+    assert ("the state grew without bound" in result.stderr) == is_wild
+    assert (" is too long for the hydraulic mode" in result.stderr) == is_wild
+    if not is_wild:
+        assert (tmp_path / "folder" / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_odd_but_valid_parameters_end_in_a_run_or_in_a_failed_one():
@@ -198,13 +138,12 @@ def test_odd_but_valid_parameters_end_in_a_run_or_in_a_failed_one():
         ["valve.natural_frequency=1e200"],
         ["friction.velocity_threshold=1e-300"],
     ):
-        record = simulate(load_experiment(None, ["record.duration=2 s", *settings])).to_dict()
+        record = package.simulate(load_experiment(None, ["record.duration=2 s", *settings])).to_dict()
         assert record["status"] in ("ok", "diverged", "stroke_exceeded"), settings
         json.dumps(record, allow_nan=False)
 
 
 def test_the_edges_of_bands_matter_to_wavelets_alone():
-    run = package.check({"name": "balance", "indicators": {"flow_balance": {}}}, duration="2 s")
-    assert not any("wavelet levels" in warning for warning in run.warnings)
-    followed = {"name": "followed", "indicators": {"sliding": {"of": "dwt"}}}
-    assert any("wavelet levels" in warning for warning in package.check(followed, duration="4 s").warnings)
+    for indicators, is_told in (({"flow_balance": {}}, False), ({"sliding": {"of": "dwt"}}, True)):
+        checked = package.check({"name": "followed", "indicators": indicators}, duration="4 s")
+        assert any("wavelet levels" in warning for warning in checked.warnings) == is_told

@@ -13,22 +13,15 @@ from tests.diagnosis.conftest import N_HEALTHY
 
 SYMBOLS = {"P1": "Pa", "P2": "Pa", "x": "m", "u": "V"}
 FLOW = 0.2e-3 / 60.0
-OPTIONS = {"return_pressure": "4 bar"}
-
-
-def write(path, samples, rate):
-    """A CSV file of a record: symbol → samples."""
-    head = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in SYMBOLS.items())])
-    time = np.arange(len(samples["P1"])) / rate
-    rows = np.column_stack((time, *(samples[name] for name in SYMBOLS)))
-    np.savetxt(path, rows, "%.17g", ",", header=head, comments="")
 
 
 def write_all(folder, data, rate):
     """A folder with a file of each record."""
     folder.mkdir()
-    for row in range(len(data[Channel.PISTON_POSITION])):
-        write(folder / f"day{row}.csv", {name: data[Channel(name)][row] for name in SYMBOLS}, rate)
+    head = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in SYMBOLS.items())])
+    for row, samples in enumerate(zip(*(data[Channel(name)] for name in SYMBOLS), strict=True)):
+        table = np.column_stack((np.arange(samples[0].size) / rate, *samples))
+        np.savetxt(folder / f"day{row}.csv", table, "%.17g", ",", header=head, comments="")
     return folder
 
 
@@ -43,9 +36,9 @@ def diagnosed(healthy):
 
     def found(data, history=None, **more):
         past = in_memory(healthy) if history is None else history
-        rate = healthy.sampling_frequency
+        options = {"flow_balance": {"return_pressure": "4 bar"}}
         return hydrofdi.diagnose(
-            data, past or None, {"flow_balance": OPTIONS}, sampling_frequency=rate, **more
+            data, past or None, options, sampling_frequency=healthy.sampling_frequency, **more
         )
 
     return found
@@ -63,14 +56,12 @@ def test_the_command_names_the_fault_of_a_file(healthy, leaking, tmp_path):
     (today / "day0.csv").rename(tmp_path / "today.csv")
     done = run("diagnose", "today.csv", "--history", "healthy", "--json", cwd=tmp_path, check=0)
     found = json.loads(done.stdout)
-    assert found["healthy_records"] == N_HEALTHY
-    assert found["sensors"] == "P1 P2 x u"
+    assert (found["healthy_records"], found["sensors"]) == (N_HEALTHY, "P1 P2 x u")
     first = found["records"][0]["findings"][0]
     assert first["name"] == found["records"][0]["name"] == "seal_orifice"
     assert first["size"] == pytest.approx(FLOW, rel=0.3)
     shown = run("diagnose", "today.csv", "--history", "healthy", cwd=tmp_path, check=0).stdout
     assert "piston seal" in shown
-    assert "L/min" in shown
     again = run("diagnose", "healthy/day0.csv", "--history", "healthy", "--json", cwd=tmp_path, check=0)
     assert json.loads(again.stdout)["records"][0]["name"] == "healthy"
 
@@ -95,18 +86,13 @@ def test_labelled_records_bring_their_history(diagnosed, healthy, leaking):
     assert set(whole.table["name"]) == {each.name for each in whole.records[0].named}
 
 
-def test_what_cannot_be_told_is_an_error(leaking, tmp_path):
+def test_what_cannot_be_told_is_an_error(diagnosed, leaking, tmp_path):
     data, frequency = in_memory(leaking), leaking.sampling_frequency
-    del data[Channel.PISTON_POSITION]
+    short = {name: samples for name, samples in data.items() if name != Channel.PISTON_POSITION}
     with pytest.raises(DataError, match="missing: x"):
-        hydrofdi.diagnose(data, sampling_frequency=frequency)
-    still = {name: np.zeros_like(samples) for name, samples in in_memory(leaking).items()}
-    (found,) = hydrofdi.diagnose(still, sampling_frequency=frequency).records
-    assert not found.findings
-    assert found.reason
-    data = in_memory(leaking)
-    halved = {name: np.vstack((samples, samples))[:, ::2] for name, samples in data.items()}
+        hydrofdi.diagnose(short, sampling_frequency=frequency)
     whole = {name: np.vstack((samples, samples)) for name, samples in data.items()}
+    halved = {name: samples[:, ::2] for name, samples in whole.items()}
     mixed = [
         write_all(tmp_path / "whole", whole, frequency),
         write_all(tmp_path / "half", halved, frequency / 2),
@@ -114,47 +100,42 @@ def test_what_cannot_be_told_is_an_error(leaking, tmp_path):
     with pytest.raises(DataError, match="Hz"):
         hydrofdi.diagnose(write_all(tmp_path / "today", in_memory(leaking, P1="P2"), frequency), mixed)
     with pytest.raises(ConfigError, match="half_windo"):
-        hydrofdi.diagnose(
-            in_memory(leaking), None, {"flow_balance": {"half_windo": 8}}, sampling_frequency=frequency
-        )
+        hydrofdi.diagnose(data, None, {"flow_balance": {"half_windo": 8}}, sampling_frequency=frequency)
 
 
-def test_a_record_with_a_hole_is_not_judged(diagnosed, leaking):
-    data = {name: samples.copy() for name, samples in in_memory(leaking).items()}
-    data[Channel.CHAMBER_1_PRESSURE][0, 50] = np.nan
-    (found,) = diagnosed(data, ()).records
-    assert not found.findings
-    assert found.reason
+def changed(data, channel, change):
+    """Records with other samples of a channel."""
+    return data | {channel: change(data[channel].copy())}
 
 
-def spiked(data):
-    """Records with one absurd sample of P1."""
-    pressure = data[Channel.CHAMBER_1_PRESSURE].copy()
-    pressure[0, 50] = 1e200
-    return data | {Channel.CHAMBER_1_PRESSURE: pressure}
+def spoilt(value):
+    def change(samples):
+        samples[0, 50] = value
+        return samples
+
+    return lambda data: changed(data, Channel.CHAMBER_1_PRESSURE, change)
 
 
 @pytest.mark.parametrize(
     ("change", "word"),
     [
-        (lambda data, rate: ({name: samples[:, :900] for name, samples in data.items()}, rate), "needed"),
-        (lambda data, rate: ({name: samples[:, ::2] for name, samples in data.items()}, rate / 2), "Hz"),
-        (
-            lambda data, rate: (data | {Channel.PISTON_POSITION: 0.2 * data[Channel.PISTON_POSITION]}, rate),
-            "way",
-        ),
-        (lambda data, rate: ({name: 1e-3 * samples for name, samples in data.items()}, rate), "unit"),
-        (lambda data, rate: (spiked(data), rate), "chamber_1_pressure"),
+        (lambda data: {name: samples[:, :900] for name, samples in data.items()}, "needed"),
+        (lambda data: {name: samples[:, ::2] for name, samples in data.items()}, "Hz"),
+        (lambda data: changed(data, Channel.PISTON_POSITION, lambda samples: 0.2 * samples), "way"),
+        (lambda data: {name: 1e-3 * samples for name, samples in data.items()}, "unit"),
+        (lambda data: {name: 0.0 * samples for name, samples in data.items()}, ""),
+        (spoilt(1e200), "chamber_1_pressure"),
+        (spoilt(np.nan), ""),
     ],
 )
 def test_a_record_of_another_kind_is_not_judged(change, word, healthy, leaking, tmp_path):
-    data, rate = change(in_memory(leaking), leaking.sampling_frequency)
-    path = write_all(tmp_path / "today", data, rate) / "day0.csv"
+    data, rate = change(in_memory(leaking)), leaking.sampling_frequency
+    path = write_all(tmp_path / "today", data, rate / 2 if word == "Hz" else rate) / "day0.csv"
     four = {name: samples[:4] for name, samples in in_memory(healthy).items()}
-    write_all(tmp_path / "healthy", four, healthy.sampling_frequency)
-    found = hydrofdi.diagnose(path, tmp_path / "healthy")
-    assert found.records[0].name == ""
-    assert word in found.records[0].reason
+    (found,) = hydrofdi.diagnose(path, write_all(tmp_path / "healthy", four, rate)).records
+    assert (found.name, found.findings) == ("", ())
+    assert found.reason
+    assert word in found.reason
 
 
 def test_a_long_record_is_cut_like_the_history(diagnosed, leaking):
@@ -183,7 +164,7 @@ def test_a_record_of_the_history_that_is_unlike_the_others_is_named(diagnosed, h
     assert found.counts == {"seal_orifice": 1}
 
 
-def test_beside_healthy_stands_what_would_have_been_seen(diagnosed, healthy, days):
+def test_beside_healthy_stands_what_would_have_been_seen(diagnosed, days):
     found = diagnosed(in_memory(days([{}], first=730)))
     visible = {each.name: each.visible for each in found.records[0].findings if not np.isnan(each.visible)}
     assert found.records[0].name == "healthy"
@@ -191,7 +172,6 @@ def test_beside_healthy_stands_what_would_have_been_seen(diagnosed, healthy, day
     supply = {"supply.pressure": 17.2e6 - 2.0 * visible["weak_supply"]}
     again = diagnosed(in_memory(days([leaks, supply], first=740)))
     assert [each.name for each in again.records] == ["seal_orifice", "weak_supply"]
-    assert len(healthy.record_ids) == N_HEALTHY
 
 
 def test_a_model_that_explains_nothing_does_not_say_healthy(diagnosed, healthy):

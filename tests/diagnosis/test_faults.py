@@ -10,7 +10,6 @@ from hydrofdi.diagnosis.history import history_of, history_of_sheet, signatures
 from hydrofdi.diagnosis.judging import Judge
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
-from tests.diagnosis.conftest import N_HEALTHY
 from tests.machines import LOOP, TINY
 
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -51,6 +50,14 @@ def judge(healthy, options):
     return Judge(history_of([healthy], options))
 
 
+def hypothesis_of(judge, name):
+    return next(each for each in judge.hypotheses if each.name == name)
+
+
+def with_channel(batch, channel, samples):
+    return replace(batch, channels={**batch.channels, channel: samples})
+
+
 def findings(judge, batch):
     """The findings on each record."""
     return [judge.findings(batch.rows([row])) for row in range(batch.n_record)]
@@ -78,8 +85,7 @@ def test_a_fault_is_named_first_with_its_size(name, of_faults):
 
 
 def test_healthy_days_are_healthy(days, judge):
-    batch = days([{}] * 20, first=200)
-    names = [each[0].name for each in findings(judge, batch)]
+    names = [each[0].name for each in findings(judge, days([{}] * 20, first=200))]
     assert names.count("healthy") >= 19
 
 
@@ -116,7 +122,7 @@ def test_a_supply_far_from_the_data_sheet_is_found_exactly(days, options, judge)
 
 def test_equations_about_the_errors_of_a_pressure_are_those_of_the_right_one(healthy, judge):
     one, balance = healthy.rows([0]), judge.history.balance
-    wrong = replace(one, channels={**one.channels, P1: 1.15 * one[P1] + 3e5})
+    wrong = with_channel(one, P1, 1.15 * one[P1] + 3e5)
     about = np.zeros((2, 1, len(NAMES)))
     for name, error in (("gain_1", 0.15), ("bias_1", 3e5)):
         about[1, :, PLACE[name]] = error / balance.scales[PLACE[name]]
@@ -126,22 +132,18 @@ def test_equations_about_the_errors_of_a_pressure_are_those_of_the_right_one(hea
 
 
 @pytest.mark.parametrize(
-    ("name", "channel", "factor", "unknown"),
+    ("name", "channel", "factor"),
     [
-        ("gain_P1", P1, 1.01, "gain_1"),
-        ("gain_x", Channel.PISTON_POSITION, 1.01, "position_gain"),
-        ("flow_gain", Channel.INPUT_VOLTAGE, 1.02, "flow_gain"),
+        ("gain_P1", P1, 1.01),
+        ("gain_x", Channel.PISTON_POSITION, 1.01),
+        ("flow_gain", Channel.INPUT_VOLTAGE, 1.02),
     ],
 )
-def test_an_error_of_a_channel_moves_the_signature_along_its_direction(
-    name, channel, factor, unknown, healthy, judge
-):
-    one = healthy.rows([0])
-    changed = replace(one, channels={**one.channels, channel: factor * one[channel]})
-    history = judge.history
+def test_an_error_of_a_channel_moves_the_signature_along_its_direction(name, channel, factor, healthy, judge):
+    one, history, hypothesis = healthy.rows([0]), judge.history, hypothesis_of(judge, name)
+    changed = with_channel(one, channel, factor * one[channel])
     before, estimates = signatures(history.balance, one, history.variance)
     after, _ = signatures(history.balance, changed, history.variance)
-    hypothesis = next(each for each in judge.hypotheses if each.name == name)
     gain = estimates.gains[0]
     n_own, n_cause = gain.shape
     moved = (after - before)[0, :n_own]
@@ -149,25 +151,11 @@ def test_an_error_of_a_channel_moves_the_signature_along_its_direction(
     best = expected[:, np.argmax(expected.T @ moved)]
     weights = 1.0 / np.sqrt(np.diag(history.scatter)[:n_own])
     cosine = (weights * moved) @ (weights * best) / np.linalg.norm(weights * moved)
-    assert cosine / np.linalg.norm(weights * best) > 0.9, unknown
+    assert cosine / np.linalg.norm(weights * best) > 0.9
     if name == "gain_x":
         place = history.names.index("stiffness")
         direction = hypothesis.directions[0][history.causes.index("stiffness")]
         assert (after - before)[0, place] == pytest.approx((factor - 1.0) * direction, rel=0.05)
-
-
-def test_a_wrong_command_moves_the_null_with_it(healthy, options):
-    command = Channel.INPUT_VOLTAGE
-    off = healthy[command] - 0.1 * healthy[command].max()
-    judge = Judge(history_of([replace(healthy, channels={**healthy.channels, command: off})], options))
-    one = healthy.rows([0])
-    changed = replace(one, channels={**one.channels, command: 1.2 * off[:1]})
-    (after,), estimates = signatures(judge.history.balance, changed, judge.history.variance)
-    (hypothesis,) = (each for each in judge.hypotheses if each.name == "flow_gain")
-    gain, place = estimates.gains[0], judge.history.names.index("offset")
-    expected = -0.2 / 1.2 * (gain @ hypothesis.directions[0, : gain.shape[1]])[place]
-    assert abs(expected) > 0.1
-    assert (after - judge.history.centre)[place] == pytest.approx(expected, rel=0.2)
 
 
 def test_gains_of_valve_and_position_look_alike_until_a_second_sensor_tells(days, judge):
@@ -193,7 +181,6 @@ def test_one_pressure_names_a_large_leak_among_others(healthy, days):
     (found,) = findings(judge, days([{"leakage.internal_coefficient": 8.0 * FLOW / 8e6**0.5}], first=600))
     assert found[0].name != "healthy"
     assert any("seal" in name for name in (found[0].name, *found[0].looks_like))
-    assert len(healthy.record_ids) == N_HEALTHY
 
 
 def test_a_large_null_shift_is_found_by_moving_the_spool(days, judge):
@@ -207,8 +194,8 @@ def test_a_change_beside_the_direction_of_a_fault_is_allowed_in_part(share, name
     history, one = judge.history, healthy.rows([0])
     _, estimates = signatures(history.balance, one, history.variance)
     gain, noise = estimates.gains[0], estimates.noise[0]
-    hypothesis = next(each for each in judge.hypotheses if each.name == "seal_orifice")
-    own, rest = np.split(20.0 * FLOW * hypothesis.directions[0], [gain.shape[1]])
+    direction = hypothesis_of(judge, "seal_orifice").directions[0]
+    own, rest = np.split(20.0 * FLOW * direction, [gain.shape[1]])
     moved = np.concatenate((gain @ own, rest))
     factor = np.linalg.cholesky(history.scatter_of(noise))
     white = np.linalg.solve(factor, moved)

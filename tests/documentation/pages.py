@@ -10,8 +10,8 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -22,8 +22,7 @@ BLOCK = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(NamedTuple):
     """A fenced block, and the comment right before it."""
 
     language: str
@@ -38,7 +37,7 @@ def blocks(page: Path) -> list[Block]:
     return [Block(each["language"], each["text"], each["word"] or "", each["value"] or "") for each in found]
 
 
-def follow(page: Path, folder: Path, timeout: float = 900.0) -> None:
+def follow(page: Path, folder: Path) -> None:
     """Do in a folder what a page says, and compare what it shows."""
     printed = ""
     for block in blocks(page):
@@ -49,7 +48,7 @@ def follow(page: Path, folder: Path, timeout: float = 900.0) -> None:
         elif block.word == "not run":
             printed = ""
         elif block.language in PROGRAMS:
-            printed = run(block, folder, timeout)
+            printed = run(block, folder)
         elif block.language == "text":
             compare(block.text, printed, page.name)
 
@@ -57,19 +56,13 @@ def follow(page: Path, folder: Path, timeout: float = 900.0) -> None:
 PROGRAMS = {"sh": ["bash", "-eu", "-o", "pipefail", "-c"], "python": [sys.executable, "-c"]}
 
 
-def run(block: Block, folder: Path, timeout: float = 900.0) -> str:
+def run(block: Block, folder: Path) -> str:
     """What a block prints, on both outputs, where its commands are installed and nothing else is."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        [*PROGRAMS[block.language], block.text],
-        cwd=folder,
-        env={name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-        | {"PATH": path, "COLUMNS": "80", "MPLBACKEND": "agg"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        encoding="utf-8",
-        timeout=timeout,
-    )
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    environment |= {"PATH": path, "COLUMNS": "80", "MPLBACKEND": "agg"}
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "encoding": "utf-8", "timeout": 900.0}
+    done = subprocess.run([*PROGRAMS[block.language], block.text], cwd=folder, env=environment, **options)
     expected = int(block.value) if block.word == "exit" else 0
     assert done.returncode == expected, f"exit {done.returncode} of\n{block.text}\n{done.stdout}"
     return done.stdout

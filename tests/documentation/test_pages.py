@@ -8,7 +8,7 @@ from nbclient import NotebookClient
 
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES
 from tests.commands import run
-from tests.documentation.pages import ROOT, blocks, compare, follow
+from tests.documentation.pages import ROOT, blocks, follow
 
 DOCS = ROOT / "docs"
 SHORT = {"columns-to-channels.md", "resume-a-sweep.md", "units.md"}
@@ -26,26 +26,14 @@ def test_a_page_can_be_followed(page, tmp_path):
 
 
 def test_every_command_and_option_of_the_pages_exists():
-    helps: dict[str, str] = {}
-    for page in PAGES:
-        for block in blocks(page):
-            if block.language != "sh":
-                continue
-            for command, rest in re.findall(
-                r"hydrofdi ([a-z]+)([^|;&#>\n]*)", block.text.replace("\\\n", " ")
-            ):
-                if command not in helps:
-                    helps[command] = run(command, "--help", check=0).stdout
-                for option in re.findall(r" (--[a-z-]+)", rest):
-                    assert option in helps[command], f"{page.name}: hydrofdi {command} {option}"
-
-
-def test_output_may_be_shortened_but_nothing_shown_that_is_not_printed():
-    for shown in ("a 3 b\nx\nc", "a … b\n…\nc", "…", "…\nx\n…"):
-        compare(shown, "a 3   b\nx\nc\n\n", "page.md")
-    for shown in ("a 3 b", "…\na 3 b", "a …\nc\n", "a 3\nc", "c\na 3 b\n…", "a 3 b\nc\nd"):
-        with pytest.raises(AssertionError, match=r"page\.md"):
-            compare(shown, "a 3 b\nx\nc\n\n", "page.md")
+    helps = {}
+    texts = [block.text for page in PAGES for block in blocks(page) if block.language == "sh"]
+    text = "\n".join(texts).replace("\\\n", " ")
+    for command, rest in re.findall(r"hydrofdi ([a-z]+)([^|;&#>\n]*)", text):
+        if command not in helps:
+            helps[command] = run(command, "--help", check=0).stdout
+        for option in re.findall(r" (--[a-z-]+)", rest):
+            assert option in helps[command], f"hydrofdi {command} {option}"
 
 
 def test_every_verdict_and_every_failure_has_a_heading():
@@ -54,28 +42,24 @@ def test_every_verdict_and_every_failure_has_a_heading():
     assert {*DOUBTS, *REMEDIES} - {"error"} <= {*re.findall(r"`([a-z_]+)`", headings)}
 
 
-NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+@pytest.mark.parametrize(
+    "file", sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")), ids=lambda file: file.stem
+)
+class TestNotebook:
+    def test_it_is_kept_without_outputs_and_its_cells_are_python(self, file):
+        notebook = nbformat.read(file, as_version=4)
+        nbformat.validate(notebook)
+        for cell in notebook.cells:
+            if cell.cell_type == "code":
+                assert (cell.outputs, cell.execution_count) == ([], None)
+                compile(cell.source, "cell", "exec")
 
-
-@pytest.fixture(params=NOTEBOOKS, ids=lambda file: file.stem)
-def notebook(request):
-    return nbformat.read(request.param, as_version=4)
-
-
-def test_it_is_kept_without_outputs_and_its_cells_are_python(notebook):
-    nbformat.validate(notebook)
-    for cell in notebook.cells:
-        if cell.cell_type == "code":
-            assert not cell.outputs
-            assert cell.execution_count is None
-            compile(cell.source, "cell", "exec")
-
-
-@pytest.mark.long
-@pytest.mark.filterwarnings("default")
-def test_it_runs_in_an_empty_folder_and_shows_tables_and_figures(notebook, tmp_path):
-    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    shown = {kind for output in outputs for kind in output.get("data", {})}
-    assert {"image/png", "text/plain"} <= shown
-    assert not [output for output in outputs if output.output_type == "stream" and output.name == "stderr"]
+    @pytest.mark.long
+    @pytest.mark.filterwarnings("default")
+    def test_it_runs_in_an_empty_folder_and_shows_tables_and_figures(self, file, tmp_path):
+        notebook = nbformat.read(file, as_version=4)
+        NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+        outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+        shown = {kind for output in outputs for kind in output.get("data", {})}
+        assert {"image/png", "text/plain"} <= shown
+        assert not [each for each in outputs if each.output_type == "stream" and each.name == "stderr"]

@@ -24,7 +24,7 @@ from hydrofdi.evaluation.rates import (
     roc_curve,
 )
 from hydrofdi.evaluation.threshold import quantile_threshold, tolerance_threshold
-from tests.evaluation.repeats import holds_at_least, holds_in
+from tests.evaluation.repeats import holds_at_least
 
 SCORES = st.lists(st.integers(-5, 5).map(float) | st.just(math.inf), min_size=1, max_size=30)
 
@@ -33,7 +33,7 @@ SCORES = st.lists(st.integers(-5, 5).map(float) | st.just(math.inf), min_size=1,
 def test_the_area_is_the_share_of_pairs_won(healthy, faulty):
     wins = sum((x < y) + 0.5 * (x == y) for x in healthy for y in faulty) / (len(healthy) * len(faulty))
     area = area_under_curve(healthy, faulty)
-    assert area.value == pytest.approx(wins)
+    assert area.value == wins, "to the last bit, as halves of pairs are whole numbers"
     assert area.low <= area.value + 1e-9
     assert area.value <= area.high + 1e-9
     assert area_under_curve(faulty, healthy).value == pytest.approx(1.0 - wins)
@@ -66,68 +66,34 @@ def test_intervals_reach_no_certainty_where_all_scores_are_apart():
     pairs = (1.0 - low) / (2.0 - low) + low / (1.0 + low)
     variance = low * (1.0 - low) * (1.0 + ((n + m) / 2.0 - 1.0) * pairs) / (n * m)
     assert 1.0 - low == pytest.approx(ndtri(0.975) * math.sqrt(variance))
-    assert 0.8 < apart.low < 0.99
     mirrored = area_under_curve(2.0 + draw.random(20), draw.random(20))
     assert mirrored.high == pytest.approx(1.0 - apart.low)
-    more = area_under_curve(draw.random(200), 2.0 + draw.random(200))
-    assert apart.low < more.low < 1.0
     held = sum(
         area_under_curve(draw.normal(size=15), draw.normal(3.0, size=15)).low <= ndtr(3.0 / math.sqrt(2.0))
         for _ in range(1000)
     )
     assert held >= 950
+    equal = area_under_curve(np.ones(30), np.append(np.ones(30), np.nan))
+    assert equal.low < equal.value < equal.high
+    assert (equal.value, equal.n_faulty) == (0.5, 30)
 
 
-def test_monotone_transforms_change_nothing():
-    draw = np.random.default_rng(7)
-    healthy, faulty = draw.normal(size=90), draw.normal(1.0, size=80)
-    assert area_under_curve(healthy, faulty) == area_under_curve(np.exp(healthy), np.exp(faulty))
-    plain, bent = roc_curve(healthy, faulty), roc_curve(healthy**3, faulty**3)
-    np.testing.assert_array_equal(plain.detection_rate, bent.detection_rate)
-
-
-def test_a_curve_rises_from_corner_to_corner_and_its_thresholds_give_its_rates():
-    draw = np.random.default_rng(8)
-    healthy, faulty = draw.normal(size=60).round(1), np.append(draw.normal(1.0, size=50).round(1), np.nan)
-    curve = roc_curve(healthy, faulty)
-    assert (curve.false_alarm_rate[0], curve.detection_rate[0]) == (0.0, 0.0)
-    assert (curve.false_alarm_rate[-1], curve.detection_rate[-1]) == (1.0, 1.0)
-    assert np.all(np.diff(curve.false_alarm_rate) >= 0.0)
-    assert np.all(np.diff(curve.detection_rate) >= 0.0)
-    threshold = np.unique(np.concatenate([healthy, faulty[:-1]]))[::-1]
-    place = threshold.size // 2
-    assert curve.false_alarm_rate[place + 1] == pytest.approx(np.mean(healthy >= threshold[place]))
-    assert curve.detection_rate[place + 1] == pytest.approx(np.mean(faulty[:-1] >= threshold[place]))
-
-
-def test_single_equal_and_infinite_scores_have_areas():
-    assert area_under_curve([0.0], [1.0]).value == 1.0
-    equal = area_under_curve(np.ones(30), np.ones(30))
-    assert equal.value == 0.5
-    assert equal.low < 0.5 < equal.high
-    assert area_under_curve([-np.inf, 0.0], [np.inf, 0.0, np.nan]).n_faulty == 2
-
-
-def test_areas_are_those_of_scikit_learn():
+def test_curves_are_those_of_scikit_learn():
     draw = np.random.default_rng(11)
     healthy, faulty = draw.normal(size=300).round(1), draw.normal(1.0, size=200).round(1)
+    curve = roc_curve(healthy, np.append(faulty, np.nan))
     labels, scores = np.repeat([0, 1], [300, 200]), np.append(healthy, faulty)
-    assert area_under_curve(healthy, faulty).value == pytest.approx(metrics.roc_auc_score(labels, scores))
-    curve = roc_curve(healthy, faulty)
-    area = np.trapezoid(curve.detection_rate, curve.false_alarm_rate)
-    assert area == pytest.approx(metrics.roc_auc_score(labels, scores))
     rates = metrics.roc_curve(labels, scores, drop_intermediate=False)
-    np.testing.assert_allclose(curve.false_alarm_rate, rates[0])
-    np.testing.assert_allclose(curve.detection_rate, rates[1])
+    np.testing.assert_allclose([curve.false_alarm_rate, curve.detection_rate], rates[:2])
 
 
 RULE = partial(quantile_threshold, false_alarm_rate=0.05)
 
 
-@pytest.mark.parametrize(("count", "total"), [(0, 1), (1, 1), (0, 300), (3, 300), (29, 29), (150, 300)])
-def test_the_exact_interval_is_that_of_scipy(count, total):
-    expected = binomtest(count, total).proportion_ci(0.9, method="exact")
-    np.testing.assert_allclose(clopper_pearson(count, total, 0.9), expected, rtol=1e-9)
+def test_the_exact_interval_is_that_of_scipy():
+    for count, total in ((0, 1), (1, 1), (0, 300), (3, 300), (29, 29), (150, 300)):
+        expected = binomtest(count, total).proportion_ci(0.9, method="exact")
+        np.testing.assert_allclose(clopper_pearson(count, total, 0.9), expected, rtol=1e-9)
 
 
 def test_records_without_a_score_are_counted_apart():
@@ -136,17 +102,6 @@ def test_records_without_a_score_are_counted_apart():
     nothing = alarm_rate([np.nan])
     assert (nothing.total, nothing.low, nothing.high, nothing.not_measurable) == (0, 0.0, 1.0, 1)
     assert math.isnan(nothing.value)
-    assert alarm_rate([0.0]).high == pytest.approx(0.975)
-
-
-def test_groups_that_agree_count_as_one_record_each():
-    outcomes, groups = np.repeat([0.0, 1.0, 0.0, 0.0], 25), np.repeat(list("abcd"), 25)
-    rate = alarm_rate(outcomes, groups=list(groups))
-    plain = alarm_rate(outcomes)
-    assert rate.low < plain.low
-    assert rate.high > clopper_pearson(1, 4)[1]
-    silent = alarm_rate(np.zeros(100), groups=list(groups))
-    assert silent.high == clopper_pearson(0, 4)[1]
 
 
 def test_the_effective_number_of_records_of_a_worked_example():
@@ -155,38 +110,26 @@ def test_the_effective_number_of_records_of_a_worked_example():
     variance = 2.0 * (1.0**2 + 1.0**2) / 20**2  # G/(G - 1) Σ (hits - p size)² / n²
     effective = 0.3 * 0.7 / variance * (t.ppf(0.975, 19) / t.ppf(0.975, 1)) ** 2
     assert (rate.low, rate.high) == pytest.approx(clopper_pearson(0.3 * effective, effective))
+    silent = alarm_rate(np.zeros(20), groups=list(groups))
+    assert silent.high == clopper_pearson(0, 2)[1], "groups that agree count as one record each"
 
 
-def test_independent_records_in_many_groups_lose_little():
-    draw = np.random.default_rng(2)
-    outcomes = draw.random(4000) < 0.1
-    rate, plain = alarm_rate(outcomes, groups=[str(i % 200) for i in range(4000)]), alarm_rate(outcomes)
-    assert 0.8 < (rate.high - rate.low) / (plain.high - plain.low) < 1.3
-
-
-@pytest.mark.parametrize("n_group", [10, 30])
-def test_clustered_intervals_hold_where_plain_ones_do_not(n_group):
-    draw = np.random.default_rng(3)
+@pytest.mark.parametrize(
+    ("n_group", "share", "size", "least"), [(10, 0.1, 5, 0.93), (30, 0.1, 5, 0.93), (30, 0.01, 4, 0.8)]
+)
+def test_clustered_intervals_hold_where_plain_ones_do_not_and_less_so_for_rare_bursts(
+    n_group, share, size, least
+):
+    draw, held, plainly = np.random.default_rng(3), 0, 0
     groups = [str(number) for number in np.repeat(np.arange(n_group), 40)]
-    held = plainly = 0
     for _ in range(300):
-        shares = np.repeat(draw.beta(0.5, 4.5, size=n_group), 40)
+        shares = np.repeat(draw.beta(share * size, (1.0 - share) * size, size=n_group), 40)
         outcomes = draw.random(shares.size) < shares
         rate, plain = alarm_rate(outcomes, groups=groups), alarm_rate(outcomes)
-        held += rate.low <= 0.1 <= rate.high
-        plainly += plain.low <= 0.1 <= plain.high
-    assert holds_at_least(held, 300, 0.93)
+        held += rate.low <= share <= rate.high
+        plainly += plain.low <= share <= plain.high
+    assert holds_at_least(held, 300, least)
     assert plainly < 0.75 * 300
-
-
-def test_rare_alarms_in_bursts_shorten_the_interval_as_far_as_said():
-    draw = np.random.default_rng(10)
-    groups, held = [str(number) for number in np.repeat(np.arange(30), 40)], 0
-    for _ in range(400):
-        shares = np.repeat(draw.beta(0.04, 3.96, size=30), 40)  # mean 1 %, correlation 0.2 inside a group
-        rate = alarm_rate(draw.random(1200) < shares, groups=groups)
-        held += rate.low <= 0.01 <= rate.high
-    assert holds_in(held, 400, 0.8)
 
 
 def test_a_group_is_judged_by_the_others_alone():
@@ -197,13 +140,6 @@ def test_a_group_is_judged_by_the_others_alone():
     assert outcomes[:100].mean() < 0.1
     with pytest.raises(NotStatedError, match="two groups"):
         left_out_outcomes(healthy, ["a"] * 220, RULE)
-
-
-def test_leaving_groups_out_keeps_the_rate_where_groups_do_not_differ():
-    healthy = np.random.default_rng(5).normal(size=4000)
-    groups = [str(i % 8) for i in range(4000)]
-    rate = alarm_rate(left_out_outcomes(healthy, groups, RULE), groups=groups)
-    assert rate.low <= 0.05 <= rate.high
 
 
 def test_healthy_groups_are_set_against_each_other():
@@ -222,27 +158,6 @@ def test_healthy_groups_are_set_against_each_other():
     refused = next(pair for pair in strict if pair.fit_group == "warm")
     assert refused.rate is None
     assert "299" in refused.refusal
-
-
-def test_the_bootstrap_of_areas_is_that_of_drawn_groups():
-    draw = np.random.default_rng(8)
-    shifts = draw.normal(size=12)
-    places = np.repeat(np.arange(12), 20)
-    healthy, faulty = draw.normal(shifts[places]), draw.normal(shifts[places] + 1.0)
-    names = [str(number) for number in places]
-    scores, is_faulty = np.append(healthy, faulty), np.repeat([False, True], places.size)
-
-    members, areas = [np.flatnonzero(np.tile(places, 2) == group) for group in range(12)], []
-    for drawn in draw.integers(12, size=(1000, 12)):
-        rows = np.concatenate([members[group] for group in drawn])
-        area = area_under_curve(scores[rows][~is_faulty[rows]], scores[rows][is_faulty[rows]])
-        areas.append(area.value)
-    wide = ndtr(np.sqrt(12 / 11) * t.ppf(0.975, 11))
-    fast = grouped_area(np.append(healthy, np.nan), faulty, [*names, "0"], names)
-    low, high = np.quantile(areas, [1.0 - wide, wide])
-    assert fast.n_healthy == healthy.size
-    assert fast.value == area_under_curve(healthy, faulty).value
-    assert (fast.low, fast.high) == pytest.approx((low, high), abs=0.02)
 
 
 def test_groups_that_are_apart_count_as_one_record_each():
@@ -284,16 +199,3 @@ def test_many_groups_need_no_drawing():
     assert (apart.low, apart.high) == (area_under_curve(healthy, healthy + 99.0).low, 1.0)
     with pytest.raises(NotStatedError, match="30 groups, not 12"):
         clustered_area(healthy[:60], faulty[:60], names[:60], names[:60])
-
-
-@pytest.mark.parametrize("repeats", [200])
-def test_areas_of_the_same_actuators_before_and_after_hold_the_truth(repeats):
-    draw, held, names = np.random.default_rng(13), 0, [str(number) for number in range(100)]
-    truth = float(ndtr(0.5 / np.sqrt(1.0 + 0.04)))  # equal actuators make up most of either spread
-    for _ in range(repeats):
-        actuators = draw.normal(size=100)
-        healthy = actuators + 0.2 * draw.normal(size=100)
-        faulty = actuators + 0.5 * np.sqrt(2.0) + 0.2 * draw.normal(size=100)
-        area = clustered_area(healthy, faulty, names, names)
-        held += area.low <= truth <= area.high
-    assert holds_in(held, repeats, 0.95)

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,14 +22,8 @@ needs_compiler = pytest.mark.skipif(COMPILER is None, reason="there is no C comp
 GUID = "{a5c81c9e-0f2f-4d7b-9a53-5d7e1c2f8b60}"
 IDENTIFIER = "cylinder"
 
-_OTHER_UNITS = {
-    "bar": ("Pa", 1e5, 0.0),
-    "l/min": ("m3/s", 1e-3 / 60.0, 0.0),
-    "mm": ("m", 1e-3, 0.0),
-    "degC": ("K", 1.0, 273.15),
-    "%": ("1", 1e-2, 0.0),
-}
-"""Unit that is not SI → its SI unit, factor and offset."""
+_OTHER_UNITS = {"bar": ("Pa", 1e5), "l/min": ("m3/s", 1e-3 / 60.0), "mm": ("m", 1e-3), "%": ("1", 1e-2)}
+"""Unit that is not SI → its SI unit and factor."""
 
 _BASES: dict[str, dict[str, int]] = {
     "kg": {"kg": 1}, "m": {"m": 1}, "m2": {"m": 2}, "m3": {"m": 3}, "s": {"s": 1}, "K": {"K": 1}, "1": {},
@@ -46,11 +40,7 @@ _BASES: dict[str, dict[str, int]] = {
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of the cylinder; its start value and limits are in SI.
-
-    `kind`: (i)nput, (o)utput, (f)ixed or (t)unable parameter, (s)tate with a start value, (c)alculated
-    parameter, (l)ocal, (k)onstant.
-    """
+    """A variable of the cylinder; its start value and limits are in SI, its kind is one of `_ROLES`."""
 
     name: str
     kind: str
@@ -108,12 +98,7 @@ VARIABLES = (
     Variable("friction.threshold", "f", "m/s", 1e-3),
     Variable("seal.k", "t", "m3.5/kg0.5", limits=(0.0, 1e-6), description="leakage across the piston"),
     # Instants after which the FMU misbehaves; never if negative.
-    Variable("hazard.crash", "f", "s", -1.0),
-    Variable("hazard.exit", "f", "s", -1.0),
-    Variable("hazard.hang", "f", "s", -1.0),
-    Variable("hazard.fail", "f", "s", -1.0),
-    Variable("hazard.discard", "f", "s", -1.0),
-    Variable("hazard.nan", "f", "s", -1.0),
+    *(Variable(f"hazard.{each}", "f", "s", -1.0) for each in ("crash", "hang", "fail", "discard", "nan")),
 )  # fmt: skip
 
 
@@ -123,20 +108,15 @@ class Recipe:
 
     Attributes
     ----------
-    version : int
-        2 or 3 of FMI.
     kinds : tuple of str
         Of ``CoSimulation`` and ``ModelExchange``; only version 2 has the latter.
     attributes : tuple of pairs
         Of the element ``CoSimulation`` or ``ModelExchange`` of modelDescription.xml.
     defines : tuple of str
         ``NO_RESET``: a reset fails; ``FALSE_RESET``: it does nothing. ``ONCE``: no second instance in a
-        process; ``NO_LICENCE``: none at all. ``CHATTY``: prints. ``FIXED_STEP=0.001``: takes no other steps
-        than multiples of this.
+        process; ``NO_LICENCE``: none at all. ``CHATTY``: prints.
     units : tuple of pairs
-        Name of a variable → another unit (of `_OTHER_UNITS`), or None; the name "" stands for all variables.
-    without_start : tuple of str
-        Parameters that state no start value, as the standard demands they did.
+        Name of a variable → another unit (of `_OTHER_UNITS`), or None.
     platform : str, optional
         Folder of the binary, one of Windows; by default that of this machine.
     """
@@ -146,15 +126,10 @@ class Recipe:
     attributes: tuple[tuple[str, str], ...] = ()
     defines: tuple[str, ...] = ()
     units: tuple[tuple[str, str | None], ...] = ()
-    without_start: tuple[str, ...] = ()
     platform: str | None = None
 
     def variables(self) -> list[Variable]:
-        units = dict(self.units)
-        return [
-            replace(v, unit=units.get(v.name, units.get("", v.unit))) if v.type == "Real" else v
-            for v in VARIABLES
-        ]
+        return [replace(v, unit=dict(self.units).get(v.name, v.unit)) for v in VARIABLES]
 
 
 def build(folder: Path, recipe: Recipe = Recipe(), name: str = "cylinder.fmu") -> Path:
@@ -182,31 +157,29 @@ def _compiled(recipe: Recipe) -> bytes:
 
 
 def _header(variables: Sequence[Variable]) -> str:
-    def row(values: Sequence[Any]) -> str:
+    def row(values: Iterable[Any]) -> str:
         return "{" + ", ".join(map(str, values)) + "}"
 
-    scales, offsets = zip(*map(_scale, variables), strict=True)
     starts = [0.0 if isinstance(v.start, str) else v.start for v in variables]
     kinds = "".join(v.kind for v in variables)
     return (
         f"enum {row([*(v.symbol for v in variables), 'N_VARIABLE'])};\n"
-        f"static const double START[] = {row(starts)}, SCALE[] = {row(scales)}, OFFSET[] = {row(offsets)};\n"
+        f"static const double START[] = {row(starts)}, SCALE[] = {row(map(_scale, variables))};\n"
         f'static const char KIND[] = "{kinds}", GUID[] = "{GUID}";\n'
     )
 
 
-def _scale(variable: Variable) -> tuple[float, float]:
-    """Factor and offset that make SI of its value."""
-    return _OTHER_UNITS.get(variable.unit or "", ("", 1.0, 0.0))[1:]
+def _scale(variable: Variable) -> float:
+    """Factor that makes SI of its value."""
+    return _OTHER_UNITS.get(variable.unit or "", ("", 1.0))[1]
 
 
 def _text_of(variable: Variable, value: float | str) -> str:
     """A value as modelDescription.xml writes it."""
     if isinstance(value, str):
         return value
-    factor, offset = _scale(variable)
     words = {"Boolean": str(value != 0.0).lower(), "Enumeration": str(int(value))}
-    return words.get(variable.type, repr((value - offset) / factor))
+    return words.get(variable.type, repr(value / _scale(variable)))
 
 
 def description(recipe: Recipe) -> bytes:
@@ -221,16 +194,13 @@ _ROLES = {
     "t": ("parameter", "tunable", None), "c": ("calculatedParameter", "fixed", "calculated"),
     "l": ("local", "continuous", "calculated"), "k": ("local", "constant", "exact"),
 }  # fmt: skip
-"""Kind → causality, variability and initial; the last is None if it is the default."""
+"""Kind → causality, variability and initial (None: the default). (i)nput, (o)utput, (s)tate
+with a start value, (f)ixed or (t)unable parameter, (c)alculated parameter, (l)ocal, (k)onstant."""
 
 
 def _root(recipe: Recipe, **attributes: str) -> Element:
     """Its beginning, which the versions share."""
-    shared = {
-        "modelName": "cylinder",
-        "generationTool": "tests of hydrofdi",
-        "variableNamingConvention": "structured",
-    }
+    shared = {"modelName": "cylinder", "variableNamingConvention": "structured"}
     root = Element("fmiModelDescription", {"fmiVersion": f"{recipe.version}.0", **shared, **attributes})
     for kind in recipe.kinds:
         known = {"canHandleVariableCommunicationStepSize": "true"} if kind == "CoSimulation" else {}
@@ -238,32 +208,25 @@ def _root(recipe: Recipe, **attributes: str) -> Element:
     used = sorted({v.unit for v in recipe.variables() if v.unit})
     units = SubElement(root, "UnitDefinitions") if used else root
     for unit in used:
-        base, factor, offset = _OTHER_UNITS.get(unit, (unit, 1.0, 0.0))
+        base, factor = _OTHER_UNITS.get(unit, (unit, 1.0))
         powers = {key: str(value) for key, value in _BASES[base].items()}
         element = SubElement(units, "Unit", {"name": unit})
         if powers or unit == "1":
-            SubElement(element, "BaseUnit", powers | {"factor": repr(factor), "offset": repr(offset)})
+            SubElement(element, "BaseUnit", powers | {"factor": repr(factor)})
         if unit == "Pa":  # values are in Pa all the same
             SubElement(element, "DisplayUnit", {"name": "bar", "factor": "1e-5"})
     return root
 
 
 def _attributes(v: Variable, reference: int) -> dict[str, str]:
-    causality, variability, initial = _ROLES[v.kind]
-    given = {
-        "causality": causality,
-        "variability": variability,
-        "initial": initial,
-        "description": v.description,
-    }
-    return {"name": v.name, "valueReference": str(reference)} | {
-        key: value for key, value in given.items() if value
-    }
+    names = ("causality", "variability", "initial", "description")
+    given = zip(names, (*_ROLES[v.kind], v.description), strict=True)
+    return {"name": v.name, "valueReference": str(reference)} | {key: value for key, value in given if value}
 
 
-def _declared(v: Variable, recipe: Recipe) -> dict[str, str]:
+def _declared(v: Variable) -> dict[str, str]:
     given = {"declaredType": "FrictionLaw"} if v.type == "Enumeration" else {}
-    if v.kind in "iftsk" and v.name not in recipe.without_start:
+    if v.kind in "iftsk":
         given["start"] = _text_of(v, v.start)
     if v.unit:
         given |= {"unit": v.unit} | ({"displayUnit": "bar"} if v.unit == "Pa" else {})
@@ -287,7 +250,7 @@ def _description_2(recipe: Recipe) -> Element:
     for reference, v in enumerate(variables):
         derivative = {"derivative": place[v.derivative_of]} if v.derivative_of else {}
         element = SubElement(model, "ScalarVariable", _attributes(v, reference))
-        SubElement(element, v.type, _declared(v, recipe) | derivative)
+        SubElement(element, v.type, _declared(v) | derivative)
     structure = SubElement(root, "ModelStructure")
     for name, chosen in (
         ("Outputs", [v for v in variables if v.kind in "os"]),
@@ -311,7 +274,7 @@ def _description_3(recipe: Recipe) -> Element:
     for v in variables:
         if v.name == "cyl.k_ext[2]":
             continue
-        given, is_array = _attributes(v, reference[v.name]) | _declared(v, recipe), v.name.endswith("[1]")
+        given, is_array = _attributes(v, reference[v.name]) | _declared(v), v.name.endswith("[1]")
         if v.derivative_of:
             given["derivative"] = str(reference[v.derivative_of])
         start = given.pop("start", None) if v.type == "String" else None

@@ -100,18 +100,11 @@ static Result advance(Model *m, double time, double length) {
         failure = "a step must not go beyond the stop time";
         return FAILED;
     }
-#ifdef FIXED_STEP
-    if (fabs(remainder(length, FIXED_STEP)) > 1e-9) {
-        failure = "a step must be a multiple of the internal step";
-        return FAILED;
-    }
-#endif
 #ifdef CHATTY
     if (time < 1e-9) puts("the plant runs");
     fflush(stdout);
 #endif
     if (is_due(m, HAZARD_CRASH, end)) raise(SIGSEGV);
-    if (is_due(m, HAZARD_EXIT, end)) exit(3);
     for (volatile int hangs = is_due(m, HAZARD_HANG, end); hangs;) {}
     if (is_due(m, HAZARD_FAIL, end)) {
         failure = "the solver of the plant gave up";
@@ -144,7 +137,7 @@ static Result advance(Model *m, double time, double length) {
 /* Value in the unit that modelDescription.xml declares. */
 static double get(Model *m, unsigned reference) {
     refresh(m);
-    return (m->v[reference] - OFFSET[reference]) / SCALE[reference];
+    return m->v[reference] / SCALE[reference];
 }
 
 /* Inputs and tunable parameters may be set at any time, fixed parameters and start values only before the end of
@@ -155,7 +148,7 @@ static Result set(Model *m, unsigned reference, double value) {
         failure = "this variable cannot be set now";
         return FAILED;
     }
-    m->v[reference] = value * SCALE[reference] + OFFSET[reference];
+    m->v[reference] = value * SCALE[reference];
     m->is_stale = 1;
     return OK;
 }

@@ -26,8 +26,8 @@ FREE = {
 }  # fmt: skip
 """Keys whose values are sentences, or depend on the machine or the hour."""
 
-STUDY = "results/detectability-smoke"
-TRAIN = ("--output", "d2", "--direction", "both", "--window", "2 s", "--false-alarm-rate", "10 %")
+RATE = ("--false-alarm-rate", "10 %")
+TRAIN = ("--output", "d2", "--direction", "both", "--window", "2 s", *RATE)
 
 COMMANDS = {
     "simulate": ("simulate",),
@@ -42,20 +42,12 @@ COMMANDS = {
     "rerun": ("rerun", "results/smoke", "1"),
     "report-smoke": ("report", "results/smoke"),
     "report-table3": ("report", "results/table3"),
-    "report-study": ("report", STUDY),
+    "report-study": ("report", "results/detectability-smoke"),
     "report-delays": ("report", "results/delays-smoke"),
     "measure": ("measure", "results/smoke", "--indicators", "dwt,ring_down,cross_correlation"),
     "measure-csv": ("measure", "rig.csv", "--indicators", "dwt,cross_correlation,pressure_statistics"),
     "inspect": ("inspect", "rig.csv"),
-    "evaluate": (
-        "evaluate",
-        "healthy.yaml",
-        "leak.yaml",
-        "--false-alarm-rate",
-        "10 %",
-        "--indicators",
-        "dwt",
-    ),
+    "evaluate": ("evaluate", "healthy.yaml", "leak.yaml", *RATE, "--indicators", "dwt"),
     "detect": ("detect", "detector.json", "leak.csv"),
     "indicator": ("indicators", "ring_down"),
 }
@@ -67,13 +59,11 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("goldens")
     for name in ("smoke", "table3", "detectability-smoke", "delays/smoke"):
         run("sweep", name, "--engine", "in-process", cwd=folder, check=0)
-    _write_recording(folder / "rig.csv", seed=1, damping=0.02, seconds=60)
-    _write_recording(folder / "leak.csv", seed=2, damping=0.03, seconds=20)
-    for name, file in (("healthy", "rig.csv"), ("leak", "leak.csv")):
-        description = (
+    for name, file, *about in (("healthy", "rig.csv", 1, 0.02, 60), ("leak", "leak.csv", 2, 0.03, 20)):
+        _write_recording(folder / file, *about)
+        (folder / f"{name}.yaml").write_text(
             f"files: {file}\nlabel: {name}\nhealthy: [healthy]\ncycles: {{by: period, period: 2 s}}\n"
         )
-        (folder / f"{name}.yaml").write_text(description)
     run("train", "rig.csv", *TRAIN, "--out", "detector.json", cwd=folder, check=0)
     return folder
 
@@ -90,21 +80,16 @@ def _write_recording(path, seed, damping, seconds):
     np.savetxt(path, columns, "%.4f", ",", header="time [s],P1 [bar],P2 [bar],u [V]", comments="")
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", [*COMMANDS, "monitor", "detector"])
 def test_a_command_keeps_its_json(folder, name):
-    check_golden(name, json.loads(run(*COMMANDS[name], "--json", cwd=folder).stdout))
-
-
-def test_a_monitor_keeps_its_lines(folder):
-    done = run("monitor", "detector.json", "leak.csv", "--no-follow", cwd=folder, check=0)
-    check_golden("monitor", [json.loads(line) for line in done.stdout.splitlines()])
-
-
-def test_a_detector_keeps_its_file(folder):
-    check_golden("detector", json.loads((folder / "detector.json").read_text()))
-
-
-def check_golden(name, found):
+    """A monitor keeps its lines, and a detector its file."""
+    if name == "monitor":
+        done = run("monitor", "detector.json", "leak.csv", "--no-follow", cwd=folder, check=0)
+        found = [json.loads(line) for line in done.stdout.splitlines()]
+    elif name == "detector":
+        found = json.loads((folder / "detector.json").read_text())
+    else:
+        found = json.loads(run(*COMMANDS[name], "--json", cwd=folder).stdout)
     path = HERE / f"{name}.json"
     if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
         path.write_text(json.dumps(_frozen(found), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -1,3 +1,4 @@
+# ruff: noqa: E501
 """Stored signals measured again: what needs no simulation, and that the bits are those of one."""
 
 import json
@@ -15,14 +16,12 @@ from hydrofdi.engine import InProcessEngine
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.plan import plan_sweep
 from hydrofdi.execution.sweeping import run_sweep
-from hydrofdi.indicators import make_indicators, measure
+from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import measure_sources
 from hydrofdi.indicators.registry import TAKEN
 from hydrofdi.indicators.selection import of_machine
-from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.store import names
 from hydrofdi.store.results import read_results
-from hydrofdi.store.shards import read_index
 from tests.commands import run_json
 from tests.conftest import sweep_in
 
@@ -32,10 +31,7 @@ record: {duration: 4 s}
 input: {period: 1 s}
 pressure_1_sensor: {noise: 1 kPa}
 store: {signals: STORED}
-sweep:
-  grid:
-    leakage.internal_flow: [0.5 L/min]
-    fluid.bulk_modulus: [551 MPa, 827 MPa]
+sweep: {grid: {leakage.internal_flow: [0.5 L/min], fluid.bulk_modulus: [551 MPa, 827 MPa]}}
 """
 AGAIN = "another analysis of a stored record, measured from its stored signals"
 OTHER = [
@@ -60,67 +56,44 @@ def contents(file):
         return {name: data[name][()] for name in data}
 
 
-def assert_same_bits(one, other):
+def assert_same_bits(file, expected):
+    one, other = contents(file), contents(expected)
     assert one.keys() == other.keys()
     for name, values in one.items():
-        is_float = values.dtype.kind == "f"
-        assert np.array_equal(values, other[name], equal_nan=is_float), name
+        np.testing.assert_array_equal(values, other[name], err_msg=name)
 
 
-@pytest.fixture(scope="module")
-def first(tmp_path_factory):
-    """A folder with the records of the default analysis."""
-    folder = tmp_path_factory.mktemp("first")
-    swept(noisy(folder), folder / "noisy")
-    return folder
-
-
-def copied(first, tmp_path):
-    shutil.copytree(first / "noisy", tmp_path / "noisy")
-    return tmp_path / "noisy"
-
-
-def test_another_analysis_simulates_nothing_and_gives_the_bits_of_a_simulation(first, tmp_path):
-    directory = copied(first, tmp_path)
-    other = noisy(tmp_path, "all", *OTHER)
+def test_another_analysis_simulates_nothing_and_gives_the_bits_of_a_simulation(tmp_path):
+    directory, plain, other = tmp_path / "noisy", noisy(tmp_path), noisy(tmp_path, "all", *OTHER)
+    first = shutil.copy(swept(plain, directory).file, tmp_path / "first.h5")
     plan = plan_sweep(other, directory)
     assert (len(plan.missing), plan.n_simulated, len(plan.measurable)) == (4, 0, 4)
     assert plan.reasons() == {AGAIN: 4}
+    for experiment, reason in ((other, AGAIN), (noisy(tmp_path, "all", "friction.viscous=60"), "new")):
+        (directory / "experiment.json").write_text(experiment.model_dump_json())
+        asked = why(directory, "0")
+        assert (asked.reason, asked.record_id == asked.run_id) == (reason, reason == "new")
+    (directory / "experiment.json").write_text(plain.model_dump_json())
     summary = swept(other, directory)
     assert (summary.completed, summary.measured, summary.failed) == (4, 4, 0)
     swept(other, tmp_path / "anew")
-    assert_same_bits(contents(directory / "noisy.h5"), contents(tmp_path / "anew" / "noisy.h5"))
+    assert_same_bits(directory / "noisy.h5", tmp_path / "anew" / "noisy.h5")
     assert verify(directory)
-    back = swept(noisy(tmp_path), directory)
+    back = swept(plain, directory)
     assert (back.completed, back.skipped) == (0, 4)
-    assert_same_bits(contents(directory / "noisy.h5"), contents(first / "noisy" / "noisy.h5"))
+    assert_same_bits(directory / "noisy.h5", first)
+    by_workers = ("--out", directory, "--set", "wavelet.levels=3", "--workers", "2")
+    assert run_json("sweep", tmp_path / "noisy.yaml", *by_workers)["measured"] == 4
+    axes = ("sweep.grid.wavelet.levels=[3, 4]", "sweep.grid.analysis.discard=[0 s, 1 s]")
+    plan = plan_sweep(noisy(tmp_path, "none", *axes), tmp_path / "none")
+    assert len(plan.missing) == 4 * plan.n_simulated == 16
 
 
-def test_why_tells_what_is_not_stored_and_workers_measure_it(first, tmp_path):
-    directory = copied(first, tmp_path)
-    (directory / "experiment.json").write_text(noisy(tmp_path, "all", *OTHER).model_dump_json())
-    again = why(directory, "0")
-    assert again.reason == AGAIN
-    assert again.record_id != again.run_id
-    other_plant = noisy(tmp_path, "all", "friction.viscous=60")
-    (directory / "experiment.json").write_text(other_plant.model_dump_json())
-    assert why(directory, "0").reason == "new"
-    settings = ("--out", directory, "--set", "wavelet.levels=3", "--workers", "2")
-    assert run_json("sweep", tmp_path / "noisy.yaml", *settings)["measured"] == 4
-
-
-@pytest.mark.parametrize(
-    ("signals", "settings", "reason"),
-    [
-        ("none", [], "no stored signals of chamber_1_pressure"),
-        (
-            "pressures",
-            ["indicators={dwt: {}, speed: {kind: dwt, channel: piston_velocity}}"],
-            "no stored signals of piston_velocity",
-        ),
-        ("pressures, dtype: float32", [], "stored signals in single precision"),
-    ],
-)
+@pytest.mark.parametrize(("signals", "settings", "reason"), [
+    ("none", [], "no stored signals of chamber_1_pressure"),
+    ("pressures", ["indicators={dwt: {}, speed: {kind: dwt, channel: piston_velocity}}"], "no stored signals of piston_velocity"),
+    ("pressures, dtype: float32", [], "stored signals in single precision"),
+])  # fmt: skip
 def test_where_signals_are_not_stored_the_plan_says_why_it_simulates(tmp_path, signals, settings, reason):
     swept(noisy(tmp_path, signals), tmp_path / "noisy")
     other = noisy(tmp_path, signals, "wavelet.levels=4", *settings)
@@ -130,16 +103,6 @@ def test_where_signals_are_not_stored_the_plan_says_why_it_simulates(tmp_path, s
     assert count == 4
     assert reason in because
     assert swept(other, tmp_path / "noisy").measured == 0
-
-
-def test_runs_that_differ_in_their_analysis_share_their_records(tmp_path):
-    analyses = ("sweep.grid.wavelet.levels=[3, 4]", "sweep.grid.analysis.discard=[0 s, 1 s]")
-    experiment = noisy(tmp_path, "none", *analyses)
-    plan = plan_sweep(experiment, tmp_path / "noisy")
-    assert len(plan.missing) == 4 * plan.n_simulated == 16
-    swept(experiment, tmp_path / "noisy")
-    index = read_index(tmp_path / "noisy")
-    assert (len(index.runs), len(index.records)) == (16, 4)
 
 
 def test_a_record_that_failed_is_not_simulated_again(tmp_path):
@@ -156,52 +119,21 @@ def test_a_record_that_failed_is_not_simulated_again(tmp_path):
     assert np.isfinite(rows["dwt.d1"][~failed]).all()
 
 
-SEVERAL = """\
-name: several
-record: {duration: 2 s}
-indicators:
-  dwt: {levels: 3}
-  second: {kind: dwt, levels: 4, channel: chamber_2_pressure, phase: all}
-sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}
-"""
-
-
-def test_every_output_is_a_labelled_variable_that_is_measured_of_the_stored_signals(tmp_path):
-    several = sweep_in(tmp_path, SEVERAL)
-    with xarray.open_dataset(several.file, engine="h5netcdf") as runs:
-        assert runs["second.d4"].dims == ("run",)
-        assert runs["second.d2_phases"].dims == ("run", "second.phase")
-        assert runs["second.d2_phases"].attrs["units"] == "Pa"
-        assert "details of level 2" in runs["second.d2_phases"].attrs["long_name"]
-        assert runs["second.analysis_id"].attrs["indicator"] == "dwt"
-        assert runs["second.analysis_id"].attrs["version"] == 1
-        assert '"levels":4' in runs["second.analysis_id"].attrs["options"]
-        channels = {Channel(name): runs[name].values for name in ("chamber_1_pressure", "chamber_2_pressure")}
-        batch = RecordBatch(channels, 500.0, tuple(runs["run_id"].values))
-        second = {"kind": "dwt", "levels": 4, "channel": "chamber_2_pressure", "phase": "all"}
-        measured = measure(batch, make_indicators({"dwt": {"levels": 3}, "second": second})).values
-        for name, values in measured.items():
-            np.testing.assert_array_equal(runs[name], values)
-
-
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("indicators: [dvt]\n", r":1: indicators.dvt: .*'dwt'"),
-        ("indicators:\n  dwt: {}\n  m: {kind: modwt, levls: 3}\n", ":3: indicators.m.levls: "),
-        ("indicators:\n  dwt: {levels: 99}\n", ":2: indicators.dwt.levels: "),
-        ("indicators:\n  dwt: {level: 3}\n", ":2: indicators.dwt.level: "),
-        ("wavelet: {levels: 3}\nindicators:\n  dwt: {levels: 4}\n", ":3: "),
-        ("indicators:\n  dwt: {channel: chamber_2_pressure}\n", ":2: indicators.dwt.channel: "),
-        *(
-            (f"indicators: {stated}\n", ":1: indicators")
-            for stated in (
-                "3", "null", "[]", "{}", '"*"', "'dwt,,modwt'", "[dwt, {modwt: {levels: 3}}]", "[dwt, 3]",
-                "[dwt, dwt]", "[dwt, all]", "{rod: {}}", "{dwt: 3}",
-            )
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "place"), [
+    ("indicators: [dvt]\n", r":1: indicators.dvt: .*'dwt'"),
+    ("indicators:\n  dwt: {}\n  m: {kind: modwt, levls: 3}\n", ":3: indicators.m.levls: "),
+    ("indicators:\n  dwt: {levels: 99}\n", ":2: indicators.dwt.levels: "),
+    ("indicators:\n  dwt: {level: 3}\n", ":2: indicators.dwt.level: "),
+    ("wavelet: {levels: 3}\nindicators:\n  dwt: {levels: 4}\n", ":3: "),
+    ("indicators:\n  dwt: {channel: chamber_2_pressure}\n", ":2: indicators.dwt.channel: "),
+    *(
+        (f"indicators: {stated}\n", ":1: indicators")
+        for stated in (
+            "3", "null", "[]", "{}", '"*"', "'dwt,,modwt'", "[dwt, {modwt: {levels: 3}}]", "[dwt, 3]",
+            "[dwt, dwt]", "[dwt, all]", "{rod: {}}", "{dwt: 3}",
+        )
+    ),
+])  # fmt: skip
 def test_a_mistake_is_one_line_with_its_place(tmp_path, text, place):
     file = tmp_path / "file.yaml"
     file.write_text(text)
@@ -210,22 +142,11 @@ def test_a_mistake_is_one_line_with_its_place(tmp_path, text, place):
     assert "\n" not in str(error.value)
 
 
-def test_the_options_of_dwt_are_those_of_the_wavelet(tmp_path):
-    short, long = tmp_path / "short.yaml", tmp_path / "long.yaml"
-    short.write_text("wavelet: {levels: 3, name: db4}\n")
-    long.write_text("indicators: {dwt: {levels: 3, name: db4}}\n")
-    assert load_experiment(short) == load_experiment(long)
-
-
-@pytest.mark.parametrize("label", ["a.b", "../x", "", "run", "phase", "3", "-a", "ä", "a\n", "x" * 65])
-def test_a_label_that_a_file_cannot_hold_is_a_mistake(label: str) -> None:
-    with pytest.raises(ConfigError) as error:
-        make_indicators({label: {"kind": "dwt"}})
-    assert len(error.value.mistakes) == 1
+def test_labels_are_what_a_file_can_hold_and_no_names_of_its_variables() -> None:
+    for label in ["a.b", "../x", "", "run", "phase", "3", "-a", "ä", "a\n", "x" * 65]:
+        with pytest.raises(ConfigError):
+            make_indicators({label: {"kind": "dwt"}})
     make_indicators({"fine-Label_2": {"kind": "dwt"}})
-
-
-def test_no_label_is_the_name_of_a_variable_of_a_file() -> None:
     variables = (*names.REQUESTED, *names.BY_LEVEL, *names.stored_variables("all", phases=True))
     dimensions = {names.RUN, names.TIME, names.LEVEL, names.PHASE}
     own = {names.OIL_TEMPERATURE}  # label of its mean in detectors
@@ -234,6 +155,7 @@ def test_no_label_is_the_name_of_a_variable_of_a_file() -> None:
 
 INDICATORS = {
     "dwt": {"levels": 4},
+    "second": {"kind": "dwt", "levels": 3, "channel": "chamber_2_pressure", "phase": "all"},
     "ring_down": {},
     "decay": {"kind": "pressure_decay", "rest": "position"},
     "balance": {"kind": "flow_balance", "spool": "command", "supply": "sum"},
@@ -247,19 +169,12 @@ supply: {{return_pressure: 1 MPa}}
 pressure_1_sensor: {{noise: 1 kPa}}
 store: {{signals: all}}
 indicators: {json.dumps(INDICATORS)}
-sweep:
-  grid:
-    input.amplitude: [0 V, 2 V]
-    fluid.bulk_modulus: [551 MPa, 1e7 MPa]
+sweep: {{grid: {{input.amplitude: [0 V, 2 V], fluid.bulk_modulus: [551 MPa, 1e7 MPa]}}}}
 """
 
 
-@pytest.fixture(scope="module")
-def reasons(tmp_path_factory):
-    return sweep_in(tmp_path_factory.mktemp("reasons"), SWEEP)
-
-
-def test_a_sweep_and_measuring_its_results_say_the_same_to_the_bit(reasons):
+def test_a_sweep_its_shards_and_measuring_its_results_say_the_same_to_the_bit(tmp_path, small_sweep):
+    reasons = sweep_in(tmp_path, SWEEP)
     columns = read_results(reasons.file).columns
     sources = open_records(reasons.file)
     _, measured = measure_sources(sources, of_machine(make_indicators(INDICATORS), sources))
@@ -277,15 +192,19 @@ def test_a_sweep_and_measuring_its_results_say_the_same_to_the_bit(reasons):
     assert set(obstacles["return"][sound]) == {"has no return_pressure"}
     assert set(obstacles["ring_down"][sound & moving]) == {""}
     assert set(obstacles["balance"][sound & moving]) == {""}, "its return pressure is an option"
-
-
-def test_shards_tell_what_the_file_tells_and_rerun_finds_the_same_bits(reasons, tmp_path, small_sweep):
-    folder = shutil.copytree(reasons.directory, tmp_path / "reasons")
-    (folder / reasons.file.name).unlink()
-    whole, shards = read_results(reasons.file).columns, read_results(folder).columns
-    obstacles = [name for name in whole if name.endswith(".obstacle")]
-    assert obstacles
-    for name in obstacles:
-        assert whole[name].tolist() == shards[name].tolist()
-    assert run_json("rerun", folder, "0")["same_bits"]
+    with xarray.open_dataset(reasons.file, engine="h5netcdf") as file:
+        phases, analysis = file["second.d2_phases"], file["second.analysis_id"].attrs
+        assert (phases.dims, phases.attrs["units"]) == (("run", "second.phase"), "Pa")
+        assert (analysis["indicator"], analysis["version"], '"levels":3' in analysis["options"]) == (
+            "dwt",
+            1,
+            True,
+        )
+    short, long = ({"wavelet": {"levels": 4}}, {"indicators": {"dwt": {"levels": 4}}})
+    assert load_experiment(short) == load_experiment(long)
+    reasons.file.unlink()
+    shards = read_results(reasons.directory).columns
+    for label, texts in obstacles.items():
+        assert texts.tolist() == shards[f"{label}.obstacle"].tolist()
+    assert run_json("rerun", reasons.directory, "0")["same_bits"]
     assert not [name for name in contents(small_sweep.file) if name.endswith(".obstacle")]

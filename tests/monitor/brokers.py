@@ -19,15 +19,13 @@ PROGRAM = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin
 SECRET = "hunter2-of-the-press"
 """A password."""
 
-needs_mosquitto = pytest.mark.skipif(
-    PROGRAM is None, reason="mosquitto is not installed: apt install mosquitto"
-)
-
 
 class Broker:
     """mosquitto, with what it keeps in a folder of its own."""
 
     def __init__(self, folder, *lines, anonymous=True):
+        if PROGRAM is None:
+            pytest.skip("mosquitto is not installed: apt install mosquitto")
         self.port = free_port()
         self.folder = folder
         self._config = folder / "mosquitto.conf"
@@ -40,25 +38,36 @@ class Broker:
             "max_queued_messages 0",
         )
         self._config.write_text("\n".join((*own, *lines)) + "\n", encoding="utf-8")
-        self._process = None
+
+    def __enter__(self):
+        self.start()
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
 
     def start(self):
         with (self.folder / "mosquitto.log").open("ab") as log:
-            self._process = subprocess.Popen(
-                [str(PROGRAM), "-c", str(self._config), "-v"], stdout=log, stderr=log
-            )
-        wait_until(lambda: answers(self.port), self._process)
+            command = [PROGRAM, "-c", str(self._config), "-v"]
+            self._process = subprocess.Popen(command, stdout=log, stderr=log)
+        try:
+            wait_until(self._answers, self._process)
+        except BaseException:
+            self.stop()
+            raise
+
+    def _answers(self):
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
 
     def stop(self):
         """As the system does it: what waits is written to the disk."""
-        if self._process is not None:
-            self._process.terminate()
-            try:
-                self._process.wait(10)
-            finally:
-                self._process.kill()
-                self._process.wait()
-            self._process = None
+        self._process.terminate()
+        try:
+            self._process.wait(10)
+        finally:
+            self._process.kill()
+            self._process.wait()
 
     @property
     def log(self):
@@ -90,17 +99,3 @@ def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
-
-
-def answers(port):
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
-def running(broker):
-    """The broker while it runs; it is ended whatever happens."""
-    try:
-        broker.start()
-        yield broker
-    finally:
-        broker.stop()

@@ -1,11 +1,13 @@
 """A detector by hand, streams that it watches, and a source that gives them."""
 
 import json
+import time
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from hydrofdi.detectors.lines import WindowLine
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import single_monitor
 from hydrofdi.monitor.machines import MachineKind
@@ -13,7 +15,7 @@ from hydrofdi.monitor.sources import StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records import Channel
 from hydrofdi.records.description import FormatConfig, RemarkLimits
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event
 from tests.detectors.trained.made import FREQUENCY, signals, with_chart, with_limit
 
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -40,22 +42,21 @@ def stream(n_window, seed=1, leaking=(), stuck=()):
     return Chunk(np.arange(samples.size) / FREQUENCY, {P1: samples})
 
 
-def part(chunk, first, stop=None):
-    at = slice(first, stop)
-    return Chunk(chunk.time[at], {channel: row[at] for channel, row in chunk.channels.items()})
-
-
 def rearranged(chunk, places):
     """Samples in another order, some of them twice or never."""
     return Chunk(chunk.time[places], {channel: row[places] for channel, row in chunk.channels.items()})
 
 
-def lines_of(watch, chunks):
+def part(chunk, first, stop=None):
+    return rearranged(chunk, slice(first, stop))
+
+
+def lines_of(watch, chunks, *, is_over=True):
     state, lines = watch.start(), []
     for chunk in chunks:
         state, more = watch.step(state, chunk)
         lines += more
-    return lines + watch.end(state)[1]
+    return lines + (watch.end(state)[1] if is_over else [])
 
 
 class Reading(NamedTuple):
@@ -69,6 +70,38 @@ class Reading(NamedTuple):
 def reading_of(source, timeout):
     chunk = source.read(timeout)
     return Reading(chunk, [source.events.popleft() for _ in range(len(source.events))], source.is_over)
+
+
+class Reader:
+    """What a source gave, until something is there or half a minute has passed."""
+
+    def __init__(self, source):
+        self._source, self.chunks, self.events = source, [], []
+
+    def until(self, is_there):
+        end = time.monotonic() + 30.0
+        while not is_there():
+            assert time.monotonic() < end, (self.times.size, self.events)
+            chunk, events, _ = reading_of(self._source, 0.02)
+            self.chunks += [chunk] if chunk else []
+            self.events += events
+        return self
+
+    def has(self, kind, times=1):
+        return self.until(lambda: len(self.said(kind)) >= times)
+
+    def has_until(self, instant):
+        return self.until(lambda: instant in self.times)
+
+    def said(self, kind):
+        return [event.text for event in self.events if event.kind is kind and not event.is_silent]
+
+    @property
+    def times(self):
+        return np.concatenate([[], *(chunk.time for chunk in self.chunks)])
+
+    def channel(self, channel):
+        return np.concatenate([chunk.channels[channel] for chunk in self.chunks])
 
 
 class Samples(StreamSource):
@@ -105,19 +138,30 @@ class Killed(BaseException):
 
 
 class Kept:
-    """A view that keeps what it gets, and ends the process at its n-th reading with samples."""
+    """A view that keeps what it gets, and ends the process at its n-th reading with samples; `at_7` is called
+    when window 7 comes."""
 
-    def __init__(self, n_reading=0):
+    def __init__(self, n_reading=0, **at):
         self.lines, self.is_closed, self._left = [], False, n_reading
+        self._calls = {int(name.removeprefix("at_")): call for name, call in at.items()}
 
     def put(self, chunk, lines):
         self._left -= chunk is not None
         if chunk is not None and self._left == 0:
             raise Killed
+        for number in numbers_of(lines):
+            self._calls.get(number, lambda: None)()
         self.lines += lines
 
     def close(self):
         self.is_closed = True
+
+    def events(self, kind):
+        return [line for line in self.lines if isinstance(line, Event) and line.kind == kind]
+
+
+def numbers_of(lines):
+    return [line.number for line in lines if isinstance(line, WindowLine)]
 
 
 def monitor(file, source, view=None, stop=lambda: False, **stated):
@@ -125,15 +169,9 @@ def monitor(file, source, view=None, stop=lambda: False, **stated):
     return single_monitor(MachineKind(file, MonitorConfig()), source, view, **stated).run(stop)
 
 
-def live(folder, source, view=None, stop=lambda: False, file=None):
-    """One life of a monitor with its state and its log in a folder."""
-    files = {"state": folder / "state", "log": folder / "log.jsonl"}
-    return monitor(file or made_detector(), source, view, stop, **files)
-
-
-def logged(folder, without=("started", "resumed", "stopped")):
-    """Lines of the log that do not tell of starts and ends."""
-    records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
+def logged(path, without=("started", "resumed", "stopped", "connected", "disconnected")):
+    """Lines of a log that do not tell of one life alone."""
+    records = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
     return [each for each in records if each.get("event") not in without]
 
 

@@ -1,4 +1,4 @@
-"""`hydrofdi monitor` as a command: processes, signals, a growing file, a terminal, and what it refuses."""
+"""The commands `monitor` and `replay`: processes, signals, a terminal, and what they refuse."""
 
 import json
 import os
@@ -10,93 +10,45 @@ import subprocess
 import sys
 import termios
 import threading
+import time
 from fcntl import ioctl
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from hydrofdi.api.sources import Described, open_records
+from hydrofdi.api.streams import replay
 from hydrofdi.detectors.file import load_detector
-from hydrofdi.errors import ConfigError, without_credentials
+from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.machines import MachineKind
 from hydrofdi.monitor.opening import open_stream
-from tests.commands import COMMAND, run, run_json, run_process, wait_until
-from tests.monitor.machines import ONSET
-
-WITHOUT = """
-import sys
-sys.modules[sys.argv.pop(1)] = None
-from hydrofdi.cli.app import main
-main()
-"""
-"""The command where a library is not installed."""
+from tests.commands import COMMAND, run, run_json, wait_until
+from tests.monitor.streams import read_in_pieces, reader
 
 PATIENCE = 120.0
 """Longest time that anything is waited for [s]."""
 
+END = "\nfrom hydrofdi.cli.app import main\nmain()\n"
 
-def records(text):
-    return [json.loads(line) for line in text.splitlines()]
+
+def records(text, kind):
+    return [record for line in text.splitlines() if (record := json.loads(line))["line"] == kind]
 
 
 def windows(text):
-    return [record for record in records(text) if record["line"] == "window"]
+    return records(text, "window")
 
 
 def events(text):
-    return [record["event"] for record in records(text) if record["line"] == "event"]
+    return [record["event"] for record in records(text, "event")]
 
 
-def start(*arguments, **options):
+def start(*arguments, command="monitor", **options):
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    return subprocess.Popen([*COMMAND, "monitor", *map(str, arguments)], text=True, **pipes | options)
-
-
-def test_a_leak_that_sets_in_raises_an_alarm_within_two_windows(machine):
-    done = run_process("monitor", machine.detector, "-", input=machine.stream.read_text())
-    assert done.returncode == 0, done.stderr
-    assert len(windows(done.stdout)) == machine.n_window
-    (raised,) = [record for record in records(done.stdout) if record.get("event") == "alarm_raised"]
-    assert ONSET < raised["time"] < ONSET + 4.1
-    assert windows(done.stdout)[-1]["condition"] == "alarm"
-    assert events(done.stdout)[0] == "started"
-    assert events(done.stdout)[-1] == "stopped"
-    assert done.stderr.count("--state") == 1
-
-
-def test_the_description_that_inspect_wrote_serves_a_file_and_a_pipe(machine, tmp_path):
-    text = "press 4, hall 2\nserial: 7\n" + machine.stream.read_text()
-    (tmp_path / "run.csv").write_text(text)
-    run("inspect", "run.csv", "--write", "rig.yaml", cwd=tmp_path, check=0)
-    assert "skip: 2" in (tmp_path / "rig.yaml").read_text()
-    expected = windows(run("monitor", machine.detector, machine.stream, "--no-follow", check=0).stdout)
-    for source, given in (("run.csv", None), ("-", text)):
-        options = ("--no-follow", "--config", "rig.yaml")
-        done = run("monitor", machine.detector, source, *options, cwd=tmp_path, input=given, check=0)
-        assert windows(done.stdout) == expected
-        assert "malformed" not in events(done.stdout)
-
-
-def test_a_growing_file_gives_the_windows_of_the_whole_one_and_ends_on_sigterm(machine, tmp_path):
-    growing, lines = tmp_path / "growing.csv", machine.lines
-    with open(tmp_path / "out", "w+") as out, start(machine.detector, growing, stdout=out) as process:
-        for first, last in ((0, 3000), (3000, 3001), (3001, len(lines))):
-            with open(growing, "a") as file:
-                file.writelines(lines[first:last])
-            n_whole = (last - 1) // 1000
-            wait_until(lambda n=n_whole: out_text(out).count('"window"') == n, process)
-        process.terminate()
-        assert process.wait(PATIENCE) == 0
-        text = out_text(out)
-    whole = run("monitor", machine.detector, machine.stream, "--no-follow", check=0)
-    assert windows(text) == windows(whole.stdout)
-    assert events(text)[-1] == "stopped"
-
-
-def out_text(file):
-    file.seek(0)
-    return file.read()
+    return subprocess.Popen([*COMMAND, command, *map(str, arguments)], text=True, **pipes | options)
 
 
 def test_state_and_log_are_regular_files_of_their_own_and_a_link_to_a_state_stays(machine, tmp_path):
@@ -125,17 +77,15 @@ import os, signal, sys
 from hydrofdi.api.detector import Detector
 read = Detector.load
 Detector.load = lambda file: (os.kill(os.getpid(), signal.SIGTERM), read(file))[1]
-from hydrofdi.cli.app import main
-main()
 """
-    command = [sys.executable, "-c", before_reading, "monitor", str(machine.detector), "-"]
+    command = [sys.executable, "-c", before_reading + END, "monitor", str(machine.detector), "-"]
     done = subprocess.run(command, capture_output=True, text=True, input="", timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     assert events(done.stdout) == ["started", "stopped"]
 
 
 def test_a_stream_without_a_judged_window_is_exit_code_1_with_a_reason(machine, tmp_path):
-    for text in ("", "time [s],P1 [bar]\n", "".join(machine.lines[:90])):
+    for text in ("", "".join(machine.lines[:90])):
         (tmp_path / "run.csv").write_text(text)
         done = run("monitor", machine.detector, "run.csv", "--no-follow", cwd=tmp_path, check=1)
         assert events(done.stdout)[-1] == "stopped"
@@ -143,28 +93,23 @@ def test_a_stream_without_a_judged_window_is_exit_code_1_with_a_reason(machine, 
 
 
 def test_a_last_line_without_line_end_is_doubtful_everywhere(machine, tmp_path):
-    (tmp_path / "cut.csv").write_text("".join(machine.lines[:3001])[:-5])
-    rows = run_json("detect", machine.detector, tmp_path / "cut.csv", tmp_path / "cut.csv")["windows"]
+    (cut := tmp_path / "cut.csv").write_text("".join(machine.lines[:3001])[:-5])
+    rows = run_json("detect", machine.detector, cut, cut)["windows"]
     assert [bool(row["doubt"]) for row in rows] == [False, False, True]
-    assert run_json("measure", tmp_path / "cut.csv")["records"][0]["status"] == "unended"
-    for source, text in ((tmp_path / "cut.csv", ""), ("-", (tmp_path / "cut.csv").read_text())):
+    assert run_json("measure", cut)["records"][0]["status"] == "unended"
+    for source, text in ((cut, ""), ("-", cut.read_text())):
         done = run("monitor", machine.detector, source, "--no-follow", input=text, check=0)
-        assert [each for each in events(done.stdout) if each == "notice"] == ["notice"]
+        assert events(done.stdout).count("notice") == 1
 
 
-@pytest.mark.parametrize(
-    ("source", "options", "named"),
-    [
-        ("mqqt://host/x", (), ["mqqt"]),
-        ("results.h5", (), ["results.h5"]),
-        ("nothing.csv", ("--no-follow",), ["nothing.csv"]),
-        ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), ["sampling"]),
-        ("-", ("--config", "absent.yaml"), ["absent.yaml"]),
-        ("-", ("--events", "ftp://host/x"), ["events"]),
-        ("-", ("--metrics", "here"), ["metrics"]),
-        ("-", ("--config", "monitor.yaml"), ["monitor.yaml:1: channels", "monitor.yaml:3: mqtt.keepalive"]),
-    ],
-)
+@pytest.mark.parametrize(("source", "options", "named"), [
+    ("mqqt://host/x", (), ["mqqt"]), ("results.h5", (), ["results.h5"]),
+    ("nothing.csv", ("--no-follow",), ["nothing.csv"]),
+    ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), ["sampling"]),
+    ("-", ("--config", "absent.yaml"), ["absent.yaml"]), ("-", ("--events", "ftp://host/x"), ["events"]),
+    ("-", ("--metrics", "here"), ["metrics"]),
+    ("-", ("--config", "monitor.yaml"), ["monitor.yaml:1: channels", "monitor.yaml:3: mqtt.keepalive"]),
+])  # fmt: skip
 def test_what_cannot_be_done_is_refused(machine, source, options, named, tmp_path):
     (tmp_path / "monitor.yaml").write_text("channels: {P9: x}\nmqtt:\n  keepalive: 3 m\n")
     done = run("monitor", machine.detector, source, *options, cwd=tmp_path, check=2)
@@ -174,17 +119,14 @@ def test_what_cannot_be_done_is_refused(machine, source, options, named, tmp_pat
         assert str(name) in run("monitor", name, source, cwd=tmp_path, check=2).stderr
 
 
-@pytest.mark.parametrize(
-    ("library", "arguments"),
-    [
-        ("paho", ("mqtt://127.0.0.1/x",)),
-        ("prometheus_client", ("-", "--metrics", "127.0.0.1:0")),
-        ("asyncua", ("opc.tcp://127.0.0.1", "--config", "monitor.yaml")),
-    ],
-)
+@pytest.mark.parametrize(("library", "arguments"), [
+    ("paho", ("mqtt://127.0.0.1/x",)), ("prometheus_client", ("-", "--metrics", "127.0.0.1:0")),
+    ("asyncua", ("opc.tcp://127.0.0.1", "--config", "monitor.yaml")),
+])  # fmt: skip
 def test_an_extra_that_is_not_installed_is_named(machine, library, arguments, tmp_path):
     (tmp_path / "monitor.yaml").write_text("channels: {chamber_1_pressure: {column: 'ns=2;s=P1', unit: bar}}")
-    command = [sys.executable, "-c", WITHOUT, library, "monitor", str(machine.detector), *arguments]
+    without = f"import sys\nsys.modules[{library!r}] = None{END}"
+    command = [sys.executable, "-c", without, "monitor", str(machine.detector), *arguments]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 2, done.stderr
     assert "pip install 'hydrofdi[monitor]'" in done.stderr
@@ -198,15 +140,10 @@ class Terminal:
         self._own, self.descriptor = pty.openpty()
         ioctl(self.descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
         self.text = ""
-        self._thread = threading.Thread(target=self._read, daemon=True)
-        self._thread.start()
+        threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self):
-        while True:
-            try:
-                data = os.read(self._own, 65_536)
-            except OSError:
-                return
+        while data := os.read(self._own, 65_536):
             self.text += re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", data.decode(errors="replace"))
 
 
@@ -236,14 +173,11 @@ def test_on_a_terminal_a_leak_is_seen_when_it_sets_in(machine):
 SECRET = "hunter2"
 
 
-ADDRESSES = (
+@pytest.mark.parametrize("address", [
     f"mqt://press:{SECRET}@broker/samples", f"mqtts://press:1/{SECRET}@broker/samples",
     f"mqtt:/press:{SECRET}@broker/samples", f"http//press:{SECRET}@broker/samples",
     f"tcp://press:a {SECRET}@broker/samples", f"press:{SECRET}@broker", f"opc.tcp://press:1/{SECRET}@plc",
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("address", ADDRESSES)
+])  # fmt: skip
 def test_no_message_repeats_credentials_and_no_address_is_waited_for_as_a_file(machine, address):
     with pytest.raises(ConfigError):
         open_stream(address, MachineKind(load_detector(machine.detector), MonitorConfig()))
@@ -261,14 +195,76 @@ def test_no_message_repeats_credentials_and_no_address_is_waited_for_as_a_file(m
 def test_files_that_look_like_addresses_are_read_and_no_detector_keeps_credentials(
     machine, tmp_path, monkeypatch
 ):
-    for name in ("runs@night.csv", "a/b@c.csv", "day.csv:3: x@y is no number", "x: y@z"):
-        assert without_credentials(name) == name
     monkeypatch.chdir(tmp_path)
     file, folder = Path("press:1@night.csv"), Path("http:") / f"me:{SECRET}@host"
     file.write_bytes(machine.stream.read_bytes())
     assert run("monitor", machine.detector, file, "--no-follow", check=0).stdout
     folder.mkdir(parents=True)
-    (folder / "healthy.csv").write_bytes(machine.stream.with_name("healthy.csv").read_bytes())
+    (folder / "healthy.csv").write_bytes(machine.healthy.read_bytes())
     arguments = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--window", "2 s")
     run("train", f"http://me:{SECRET}@host/healthy.csv", *arguments, "--out", "detector.json", check=0)
     assert SECRET not in json.loads(Path("detector.json").read_text())["made"]["command"]
+
+
+@pytest.fixture
+def experiment(tmp_path):
+    file = tmp_path / "press.yaml"
+    file.write_text("record: {duration: 4 s}\nsweep: {grid: {leakage.internal_flow: [0 L/min, 0.5 L/min]}}\n")
+    return file
+
+
+@pytest.mark.parametrize(("form", "first"), [("csv", 0), ("json", 1)])
+def test_samples_are_read_again_to_the_bit_and_records_follow_with_a_gap(experiment, form, first):
+    options = ["--record", "2"] if first else []
+    done = run("replay", experiment, "--format", form, *options, "--rate", "max", check=0)
+    chunk, unread = read_in_pieces(reader(), done.stdout.encode(), range(10_000, len(done.stdout), 9_999))
+    assert unread == []
+    (source,) = open_records(experiment, said=Described())
+    (batch,) = source.batches()
+    assert set(chunk.channels) == set(batch.channels)
+    for channel, samples in batch.channels.items():
+        assert np.array_equal(chunk.channels[channel], samples[first:].ravel(), equal_nan=True), channel
+    n_time = batch.time.size
+    assert np.array_equal(chunk.time[:n_time], batch.time)
+    assert done.stderr.splitlines()[1:] == [f"played {chunk.n_time:,} samples"]
+    if not first:
+        steps = np.diff(chunk.time)
+        assert steps.argmax() == n_time - 1
+        assert steps.max() == pytest.approx(10 * steps.min())
+
+
+def test_nothing_comes_before_it_is_due_and_stamps_of_now_are_even_to_the_bit(experiment, monkeypatch):
+    begin = time.monotonic()
+    for chunk in replay(np.zeros(60), rate=1000.0, sampling_frequency=10.0):
+        assert time.monotonic() - begin >= 0.1 * chunk.time[-1] / 10.0 - 1e-3
+    start = 1_700_000_000.3
+    monkeypatch.setattr(time, "time", lambda: start)
+    blocks = [*replay(experiment, record="1", now=True, settings=["record.duration=1 s"])]
+    stamps = np.concatenate([block.time for block in blocks])
+    assert np.array_equal(stamps, start + np.arange(stamps.size) / 500.0)
+
+
+@pytest.mark.parametrize(("arguments", "said"), [
+    (["--rate", "0Hz"], "rate"), (["--to", "file.csv"], "to file.csv"), (["--record", "7"], "'7'"),
+    (["--to", "mqtt://127.0.0.1:1/x", "--format", "csv"], "format"),
+    (["--to", "mqtts://127.0.0.1:1/x", "--config", "absent.yaml"], "absent.yaml"),
+    (["--set", "fluid.nothing=1"], "fluid.nothing"),
+])  # fmt: skip
+def test_what_a_replay_cannot_do_is_said_in_a_line(experiment, arguments, said):
+    done = run("replay", experiment, *arguments, check=2)
+    assert said in done.stderr
+    assert len([line for line in done.stderr.splitlines() if "simulating" not in line]) == 1
+    assert done.stdout == ""
+
+
+def test_an_interrupt_and_a_reader_that_leaves_end_a_replay(experiment):
+    with start(experiment, "--rate", "max", command="replay") as process:
+        assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+        process.stdout.close()
+        assert process.wait(PATIENCE) == 0
+    with start(experiment, "--rate", "1Hz", command="replay") as process:
+        assert process.stdout.readline().startswith("time [s],P1 [Pa]")
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0
+    assert errors.splitlines()[-1].startswith("stopped after ")

@@ -1,7 +1,5 @@
 """The paper's study over start phases and drawn parameters."""
 
-import csv
-import io
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,23 +10,15 @@ from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts
-from hydrofdi.report import runs
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.shards import FileSignals
-from hydrofdi.transforms import percentage_change
 from tests.commands import run, run_json
-from tests.conftest import sweep_in
 
 
-@pytest.fixture(scope="module")
-def record(table3):
-    return run_json("report", cwd=table3.folder)
-
-
-def test_margins_over_phases_are_those_of_sweeps_at_each_phase(table3, record, tmp_path):
+def test_margins_over_phases_are_those_of_sweeps_at_each_phase(table3, tmp_path):
     """The phase that ``analysis.discard`` gives by hand, one sample after the other."""
     settings = ["--set=wavelet.phase=0", "--set=analysis.discard=2 ms", "--set=name=late"]
     run("sweep", table3.config, "--engine", "in-process", *settings, cwd=tmp_path, check=0)
@@ -36,7 +26,7 @@ def test_margins_over_phases_are_those_of_sweeps_at_each_phase(table3, record, t
     margins = {claim["id"]: claim["margin_percentage_points"] for claim in late["claims"]}
     assert margins["C1"] == pytest.approx(-22.7, abs=0.3)
     assert {claim["phases"]["of"] for claim in late["claims"]} == {1}
-    for claim in record["claims"]:
+    for claim in run_json("report", cwd=table3.folder)["claims"]:
         spread = claim["phases"]["margin_percentage_points"]
         assert spread["least"] <= margins[claim["id"]] <= spread["largest"]
 
@@ -55,27 +45,22 @@ def test_a_phase_that_breaks_a_claim_is_counted(made_up):
 
 def test_records_that_have_not_settled_have_no_settled_claims(made_up):
     nothing = np.full_like(made_up.columns[names.DETAIL_RMS], np.nan)
-    data = replace(made_up, columns=made_up.columns | {names.SETTLED_DETAIL_RMS: nothing})
-    (configured,) = StudyReport(data).standings
-    assert configured.title == "as configured"
-    assert not StudyReport(data).table.has_settled
+    study = StudyReport(replace(made_up, columns=made_up.columns | {names.SETTLED_DETAIL_RMS: nothing}))
+    assert [standing.title for standing in study.standings] == ["as configured"]
+    assert not study.table.has_settled
 
 
 def test_the_figure_shows_the_range_of_every_claim_over_the_phases(paper_analysis, made_up):
     drawn = draw_figure(paper_analysis, "phases").axes
-    ends = {
-        tuple(path.vertices[:, 0])
-        for axis in drawn
-        for lines in axis.collections
-        for path in lines.get_paths()
-    }
+    paths = [path for axis in drawn for lines in axis.collections for path in lines.get_paths()]
     outcomes = [*paper_analysis.claim_outcomes, *paper_analysis.alarm_outcomes]
-    assert ends == {(min(each.values), max(each.values)) for each in outcomes}
+    assert {tuple(path.vertices[:, 0]) for path in paths} == {
+        (min(each.values), max(each.values)) for each in outcomes
+    }
     with pytest.raises(ReportError, match="only one start phase"):
         draw_figure(StudyReport(made_up), "phases")
 
 
-N_DRAWN = 100
 BOTH = """\
 name: both
 paper: maddahi2015
@@ -92,12 +77,10 @@ sweep:
 APART = "name: apart\nsweep: {zip: {fluid.bulk_modulus: {linspace: [400 MPa, 900 MPa, 200]}, %s}}\n"
 LEAKAGE = "leakage.internal_coefficient: {linspace: [1e-9, 1e-8, 200]}"
 FRICTION = "friction.viscous: {linspace: [50, 250, 200]}"
-CHOSEN = """\
-name: chosen
-sweep:
-  grid: {leakage.internal_coefficient: [1e-9, 1e-8]}
-  sample: {count: 16, over: {fluid.bulk_modulus: {choice: [551 MPa, 689 MPa, 827 MPa]}}}
-"""
+CHOSEN = (
+    "name: chosen\nsweep: {grid: {leakage.internal_coefficient: [1e-9, 1e-8]}, "
+    "sample: {count: 16, over: {fluid.bulk_modulus: {choice: [551 MPa, 689 MPa, 827 MPa]}}}}\n"
+)
 
 
 def made(folder: Path, text: str) -> ExperimentData:
@@ -116,16 +99,15 @@ def made(folder: Path, text: str) -> ExperimentData:
     return ExperimentData(folder / "made.h5", experiment, columns, {}, FileSignals(folder / "made.h5"))
 
 
-def sentences(analysis, key):
-    return next(block for block in analysis.document().blocks if block.key == key).paragraphs
-
-
 @pytest.mark.parametrize("text", [BOTH % 200, APART % LEAKAGE, APART % FRICTION])
 def test_runs_that_share_neither_leakage_nor_bulk_modulus_are_no_grid(tmp_path, text):
     analysis = StudyReport(made(tmp_path, text))
     assert analysis.grid.positions.size == 1
-    assert sentences(analysis, "claims") == (analysis.grid.lack,)
+    (block,) = [block for block in analysis.document().blocks if block.key == "claims"]
+    assert block.paragraphs == (analysis.grid.lack,)
     assert [result.reproduced for result in analysis.claims] == [None] * len(CLAIMS)
+    chosen = StudyReport(made(tmp_path, CHOSEN)).grid
+    assert (chosen.lack, len(chosen.modes())) == ("", 6)
 
 
 def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
@@ -136,32 +118,5 @@ def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
     assert len(raised) > 100
     delta = analysis.sealed.changes("fixed")
     assert alarm_verdicts(delta) == [d[2] > 0.0 and d[2] == max(d) for d in delta]
-
-
-def test_chosen_values_that_meet_are_a_grid(tmp_path):
-    analysis = StudyReport(made(tmp_path, CHOSEN))
-    assert analysis.grid.lack == ""
-    assert len(analysis.grid.modes()) == 6
-
-
-def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp_path, monkeypatch):
-    passes = []
-    monkeypatch.setattr(runs, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
-    counts = []
-    for n_run in (20, 200):
-        StudyReport(made(tmp_path, BOTH % n_run)).document()
-        counts.append(len(passes))
-        passes.clear()
-    assert counts[0] == counts[1] > 0
-
-
-def test_the_forms_for_programs_hold_every_row(tmp_path):
-    drawn = sweep_in(tmp_path, BOTH % N_DRAWN)
-    n_run = drawn.summary["planned"]
-    record = run_json("report", drawn.directory)
-    assert len(record["rows"]) == n_run
-    assert record["claims_not_evaluated"]
-    table = run("report", drawn.directory, "--format", "csv", check=0).stdout
-    lines = list(csv.DictReader(io.StringIO(table)))
-    assert len(lines) == 5 * n_run
-    assert {line["run_id"] for line in lines} == {row["run_id"] for row in record["rows"]}
+    assert alarm_verdicts(np.full((1, 5), np.nan)) == [None]
+    assert analysis.record()["claims_not_evaluated"]

@@ -8,7 +8,6 @@ N_TIME, RATE = 400, 500.0
 TIME = np.arange(N_TIME) / RATE
 TITLES = ("time [s]", "P1 [bar]", "P2 [bar]", "x [mm]", "u [V]")
 UNITS = ("s", "bar", "bar", "mm", "V")
-NAMES = ("Time", "P1", "P2", "x", "u")
 
 
 def columns():
@@ -104,10 +103,10 @@ def of_day(n, start=86_399_900):
 
 TEXTS = {
     "plain.csv": lines([",".join(TITLES)]),
+    "sep_point.csv": lines(["sep=;", ";".join(TITLES)], ";"),
     "commas.csv": lines([";".join(TITLES)], ";", ","),
     "quoted.csv": lines([",".join(TITLES)], ",", ",", '"'),
     "sep.csv": lines(["sep=;", ";".join(TITLES)], ";", ","),
-    "sep_point.csv": lines(["sep=;", ";".join(TITLES)], ";"),
     "thousands.csv": thousands(",", ".", ","),
     "german_thousands.csv": thousands(".", ",", ";"),
     "exponents.csv": lines([",".join(TITLES)], form="{:.9e}").replace("e+", "D+").replace("e-", "D-"),
@@ -118,10 +117,10 @@ TEXTS = {
         ",".join(cell + unit for cell, unit in zip(cells(row), UNITS, strict=True)) + "\n" for row in ROWS
     ),
     "twincat.csv": twincat(),
+    "twincat_groups.csv": groups("Name"),
+    "groups.csv": groups("time [ms]"),
     "labview.lvm": labview(),
     "catman.txt": catman(),
-    "groups.csv": groups("time [ms]"),
-    "twincat_groups.csv": groups("Name"),
     "duplicates.csv": lines(["time [s],P1 [bar],P1 [bar],x [mm],u [V]"]),
     "home_assistant.csv": long(
         ",", ("entity_id", "state", "last_changed"),
@@ -156,13 +155,9 @@ TEXTS = {
     ),
     "missing.csv": lines([",".join(TITLES)]) + "0.8,#N/A,OL,-nan(ind),1.#QNAN\n0.802,80,90,1,1\n",
 }  # fmt: skip
-"""File → text."""
+"""File → text: two plain ones, then those of `docs/tables/exports.csv` in its order."""
 ENCODINGS = {"french.csv": "cp1252", "minus.csv": "utf-16"}
 
 
 def content(name):
     return TEXTS[name].encode(ENCODINGS.get(name, "utf-8"))
-
-
-WITHOUT_UNITS = {"home_assistant.csv", "wincc.csv"}
-"""Texts that state no unit of a pressure."""

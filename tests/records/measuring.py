@@ -24,8 +24,6 @@ def columns(**units):
 
 
 USUAL = yaml_of(columns(P1="bar"))
-
-
 BOTH = yaml_of(columns(P1="bar", P2="bar"))
 
 
@@ -47,15 +45,15 @@ def one(folder, description=USUAL, **texts):
     return batch
 
 
+def read(source):
+    (batch,) = source.batches()
+    return batch
+
+
 def plain(folder, text, sampling_frequency=None):
     """A batch of a file that no description is written of."""
     (folder / "run.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
     return read(plain_source(folder / "run.csv", sampling_frequency))
-
-
-def read(source):
-    (batch,) = source.batches()
-    return batch
 
 
 def kinds(batch, row=0):
@@ -85,12 +83,7 @@ def write_mat(file, arrays):
     scipy.io.savemat(file, nested)
 
 
-def write_npz(file, arrays):
-    np.savez(file, **arrays)
-
-
-def write_parquet(file, arrays):
-    parquet.write_table(pyarrow.table(arrays), file)
-
-
-WRITERS = {"h5": write_hdf5, "mat": write_mat, "npz": write_npz, "parquet": write_parquet}
+WRITERS = {
+    "h5": write_hdf5, "mat": write_mat, "npz": lambda file, arrays: np.savez(file, **arrays),
+    "parquet": lambda file, arrays: parquet.write_table(pyarrow.table(arrays), file),
+}  # fmt: skip

@@ -23,11 +23,11 @@ from tests.records.measuring import (
     POSITION,
     USUAL,
     batches,
-    columns,
     csv_of,
     kinds,
     one,
     plain,
+    read,
     yaml_of,
 )
 
@@ -72,11 +72,9 @@ def test_files_of_one_set_that_differ_are_remarked(tmp_path):
     gained = yaml_of("P1: {column: P1, unit: bar, gain: 2}", sampling="time: {column: time}")
     texts = {f"{name}_csv": f"time [s],P1 [{unit}]\n0,1\n{step},2\n" for name, unit, step in
              [("a", "V", 1), ("b", "V", 1), ("c", "mV", 2)]}  # fmt: skip
-    found = [
-        kinds(batch, row) for batch in batches(tmp_path, gained, **texts) for row in range(batch.n_record)
-    ]
+    first, other = batches(tmp_path, gained, **texts)
     wanted = {"sampling_varies", "units_vary"}
-    assert [kinds & wanted for kinds in found] == [set(), set(), wanted]
+    assert [wanted & kinds(*each) for each in ((first, 0), (first, 1), (other, 0))] == [set(), set(), wanted]
 
 
 SAMPLES = np.random.default_rng(4).normal(0.0, 0.05, 500)
@@ -104,100 +102,65 @@ def test_a_detector_is_not_trained_on_pressures_in_another_unit_unless_they_are_
     assert hydrofdi.train({"P1": pressure}, "dwt", accept=True, **given).file.limits.false_alarm_rate == 0.3
 
 
-@pytest.mark.parametrize(
-    ("signals", "expected"),
-    [
-        ({"P1": 1864e5, "P2": 150e5}, {"P1"}), ({"P1": 860e5, "P2": 86e5}, {"P1"}),
-        ({"P1": 86e5, "P2": 60e5, "x": 20.0, "u": 2000.0, "xv": 0.1}, {"x", "u", "xv"}),
-        ({"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 160e6}, {"Pr", "Ps"}),
-        ({"P1": 200e5, "P2": 100e5, "x": 0.2, "u": 5.0, "xv": 1e-4}, set()),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("signals", "expected"), [
+    ({"P1": 1864e5, "P2": 150e5}, {"P1"}), ({"P1": 860e5, "P2": 86e5}, {"P1"}),
+    ({"P1": 86e5, "P2": 60e5, "x": 20.0, "u": 2000.0, "xv": 0.1}, {"x", "u", "xv"}),
+    ({"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 160e6}, {"Pr", "Ps"}),
+    ({"P1": 200e5, "P2": 100e5, "x": 0.2, "u": 5.0, "xv": 1e-4}, set()),
+])  # fmt: skip
 def test_channels_beyond_the_usual_sizes_are_remarked(signals, expected):
     samples = {name: size * (1 + SAMPLES) for name, size in signals.items()}
-    (source,) = open_records(samples, tuple(Channel), Described("1 kHz"))
-    (batch,) = source.batches()
+    batch = opened(**samples)
     assert {remark.where.symbol for remark in batch.remarks[0] if remark.kind == "unusual"} == expected
     assert ("unusual" in hydrofdi.inspect(samples, sampling_frequency="1 kHz").remarks) == bool(expected)
 
 
-RIG = yaml_of(columns(P1="Pa", P2="Pa", x="m", u="V"), sampling="sampling_frequency: 500 Hz")
-
-
-def recorded(folder, position_of=lambda x: x, pressure_of=lambda p: p):
-    """A simulated record with another position and other pressures, read from a file."""
-    run = simulated(leaks=np.array([1e-9]), moduli=np.array([551e6]))
-    p1, p2, x, u = (run[channel][0] for channel in (P1, P2, POSITION, "input_voltage"))
-    columns = ("P1", pressure_of(p1)), ("P2", pressure_of(p2)), ("x", position_of(x)), ("u", u)
-    return one(folder, RIG, run_csv=csv_of(*columns))
+def opened(**samples):
+    """The record of samples in SI, by symbols."""
+    (source,) = open_records(samples, tuple(Channel), Described("500 Hz"))
+    return read(source)
 
 
 @pytest.mark.parametrize(("share", "name"), [(0.0, "weak_rls"), (0.4, "weak_rls"), (0.4, "flow_balance")])
-def test_a_stuck_position_gives_no_leakage(tmp_path, share, name):
-    batch = recorded(
-        tmp_path, lambda x: np.where(np.arange(x.size) < share * x.size, x, x[int(share * x.size)])
-    )
+def test_a_stuck_position_gives_no_leakage_and_one_that_is_coarse_or_rests_does(share, name):
+    run = simulated(leaks=np.array([1e-9]), moduli=np.array([551e6]))
+    p1, p2, x, u = (run[channel][0] for channel in (P1, P2, POSITION, "input_voltage"))
+    stuck = np.where(np.arange(x.size) < share * x.size, x, x[int(share * x.size)])
+    batch = opened(P1=p1, P2=p2, x=stuck, u=u)
     found = measure(batch, make_indicators({name: {"spool": "command"}, "dwt": {"channel": str(P1)}}))
     assert "piston_position does not change for" in found.obstacles[name][0]
     assert np.isnan(found.values[f"{name}.leakage"]).all()
     assert found.obstacles["dwt"] == (None,)
-
-
-def test_a_position_that_moves_or_rests_with_the_pressures_is_measured(tmp_path):
-    coarse = recorded(tmp_path, lambda x: np.round(x, 3))
-    held = recorded(tmp_path, lambda x: np.full(x.size, 0.01), lambda p: p[0] + 1e-3 * (p - p[0]))
-    for batch in (coarse, held):
-        assert not any(remark.is_unusable for remark in batch.remarks[0])
-
-
-RATE = 500.0
-
-
-@pytest.fixture(scope="module")
-def pressure():
-    """A noise-free record whose hydraulic mode is at 59.6 Hz."""
-    return np.ravel(hydrofdi.simulate(duration="2 s").P1)
-
-
-def _hum(pressure, mains):
-    """Rectified hum: the mains and two harmonics, an error of the frequency as in a real net."""
-    time = np.arange(pressure.size) / RATE
-    amplitudes = {1: 1.0, 2: 0.5, 3: 0.2}
-    return sum(a * np.sin(2.0 * np.pi * k * (mains + 0.02) * time + k) for k, a in amplitudes.items())
+    still = {"P1": p1[0] + 1e-3 * (p1 - p1[0]), "P2": p2[0] + 1e-3 * (p2 - p2[0]), "x": np.full(x.size, 0.01)}
+    for sound in (opened(P1=p1, P2=p2, x=np.round(x, 3), u=u), opened(**still, u=u)):
+        assert not any(remark.is_unusable for remark in sound.remarks[0])
 
 
 @pytest.mark.parametrize("mains", [50.0, 60.0])
-def test_hum_over_the_strokes_is_found_and_a_mode_that_decays_is_none(pressure, mains):
-    time = np.arange(4000) / RATE
+def test_hum_over_the_strokes_is_found_and_a_mode_that_decays_is_none(mains):
+    """Rectified hum: the mains and two harmonics, an error of the frequency as in a real net."""
+    rate, pressure = 500.0, np.ravel(hydrofdi.simulate(duration="6 s").P1)  # its mode is at 59.6 Hz
+    time = np.arange(3000) / rate
+    amplitudes = {1: 1.0, 2: 0.5, 3: 0.2}
+    hum = sum(a * np.sin(2.0 * np.pi * k * (mains + 0.02) * time + k) for k, a in amplitudes.items())
     decaying = np.exp(-(time % 0.5) / 0.05) * np.sin(2.0 * np.pi * mains * (time % 0.5))
-    assert hum_share(pressure, RATE, mains) < 0.1 > hum_share(decaying, RATE, mains)
-    clipped = np.where(np.arange(3000) < 400, 0.0, _hum(np.zeros(3000), mains))
-    assert hum_share(clipped, RATE, mains) > 0.5
-    assert hum_share(pressure + 5.0 * np.std(pressure) * _hum(pressure, mains), RATE, mains) > 0.5
+    assert hum_share(pressure, rate, mains) < 0.1 > hum_share(decaying, rate, mains)
+    for samples in (np.where(time < 0.8, 0.0, hum), pressure + 5.0 * np.std(pressure) * hum):
+        assert hum_share(samples, rate, mains) > 0.5
 
 
-TIME = np.arange(20_000) / 1e3
-DRAWN = np.random.default_rng(4)
+TIME, DRAWN = np.arange(20_000) / 1e3, np.random.default_rng(4)
 SQUARE = np.sign(np.sin(np.pi * TIME + 0.3))
 
 
-PERIODS = {
-    "square": (SQUARE, 2.0),
-    "noisy": (SQUARE + 0.1 * DRAWN.normal(size=TIME.size), 2.0),
-    "sine": (3.0 * np.sin(2.0 * np.pi * TIME / 0.8), 0.8),
-    "steps": (np.repeat(DRAWN.uniform(-1.0, 1.0, 40), 500), None),
-    "telegraph": (np.repeat(DRAWN.choice([-1.0, 1.0], 40), 500), None),
-    "noise": (DRAWN.normal(size=TIME.size), None),
-    "chirp": (np.sin(0.5 * np.pi * TIME**1.5), None),
-    "two periods": (SQUARE[:4000], None),
-    "still": (np.zeros(TIME.size), None),
-    "holes": (np.where(TIME > 1.0, SQUARE, np.nan), None),
-}
-
-
-@pytest.mark.parametrize("name", PERIODS)
-def test_a_period_is_found_where_u_repeats_and_a_known_one_is_kept(name):
-    u, period = PERIODS[name]
+@pytest.mark.parametrize(("u", "period"), [
+    (SQUARE, 2.0), (SQUARE + 0.1 * DRAWN.normal(size=TIME.size), 2.0),
+    (3.0 * np.sin(2.0 * np.pi * TIME / 0.8), 0.8), (np.repeat(DRAWN.uniform(-1.0, 1.0, 40), 500), None),
+    (np.repeat(DRAWN.choice([-1.0, 1.0], 40), 500), None), (DRAWN.normal(size=TIME.size), None),
+    (np.sin(0.5 * np.pi * TIME**1.5), None), (SQUARE[:4000], None), (np.zeros(TIME.size), None),
+    (np.where(TIME > 1.0, SQUARE, np.nan), None),
+], ids=["square", "noisy", "sine", "steps", "coin", "noise", "chirp", "twice", "still", "holes"])  # fmt: skip
+def test_a_period_is_found_where_u_repeats_and_a_known_one_is_kept(u, period):
     batch = RecordBatch({Channel.INPUT_VOLTAGE: u[None]}, 1e3, ("a",))
     assert found_period(batch) == period
     assert found_period(replace(batch, drive_period=5.0)) == 5.0

@@ -40,11 +40,6 @@ def joined(messages, sizes=(10**6,)):
     return np.concatenate([each.time for each in found]), np.array(whole)
 
 
-def require_whole(time, values):
-    np.testing.assert_array_equal(time, TIME)
-    np.testing.assert_allclose(values, VALUES * np.array([[1e5], [1e5], [1.0]]), rtol=1e-15)
-
-
 ORDERS = {
     "by instant": [message(c, n) for n in range(N_TIME) for c in range(3)],
     "in turn": [message((c + n) % 3, n) for n in range(N_TIME) for c in range(3)],
@@ -52,22 +47,19 @@ ORDERS = {
         message(c, *range(n, min(n + 7, N_TIME))) for n in range(0, N_TIME, 7) for c in range(3)
     ],
     "one late": [message(0, *range(N_TIME)), *(message(c, n) for n in range(N_TIME) for c in (1, 2))],
-}
+    "stamps within half a period": [
+        json.dumps({"time": TIME[n] + 0.001 * c, NAMES[c]: VALUES[c, n]}).encode()
+        for n in range(N_TIME) for c in range(3)
+    ],
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("order", ORDERS)
 @given(sizes=st.lists(st.integers(1, 9), min_size=1, max_size=5))
 def test_one_sensor_in_a_message_gives_the_whole_samples(order, sizes):
-    require_whole(*joined(ORDERS[order], sizes))
-
-
-def test_stamps_within_half_a_period_are_one_instant():
-    messages = [
-        json.dumps({"time": TIME[n] + 0.001 * c, NAMES[c]: VALUES[c, n]}).encode()
-        for n in range(N_TIME)
-        for c in range(3)
-    ]
-    require_whole(*joined(messages))
+    time, values = joined(ORDERS[order], sizes)
+    np.testing.assert_array_equal(time, TIME)
+    np.testing.assert_allclose(values, VALUES * np.array([[1e5], [1e5], [1.0]]), rtol=1e-15)
 
 
 def test_a_channel_that_is_left_out_or_ends_is_missing_there_alone():

@@ -13,25 +13,26 @@ from hydrofdi.records.source import measured_source, plain_source, write_descrip
 from tests.records.dialects import RATE, ROWS, TIME
 from tests.records.measuring import P1, P2, POSITION, VOLTAGE, batches, one, read, yaml_of
 
-CHANNELS = {"P1": ("bar", 1e5, 1), "P2": ("bar", 1e5, 2), "x": ("mm", 1e-3, 3), "u": ("V", 1.0, 4)}
-"""Name → unit, factor to SI, and column of `ROWS`."""
-KEYS = {"P1": P1, "P2": P2, "x": POSITION, "u": VOLTAGE}
-
-
+CHANNELS = {
+    "P1": (P1, "bar", 1e5, 1),
+    "P2": (P2, "bar", 1e5, 2),
+    "x": (POSITION, "mm", 1e-3, 3),
+    "u": (VOLTAGE, "V", 1.0, 4),
+}
+"""Name → channel, unit, factor to SI, and column of `ROWS`."""
 START = datetime(2026, 5, 5, 22, 0, 0, 250_000, UTC)
 
 
-def mdf(file, slow=()):
-    """Channels at 500 Hz, and others in a group of their own at 100 Hz that begins 0.3 ms later."""
+def mdf(file, slow=(), late=3e-4):
+    """Channels at 500 Hz, and others at 100 Hz in a group of their own that begins later."""
     library = pytest.importorskip("asammdf")
     with library.MDF() as written:
         written.start_time = written.header.start_time = START
-        for names, every, start in ((CHANNELS.keys() - set(slow), 1, 0.0), (slow, 5, 3e-4)):
+        for names, every, start in ((CHANNELS.keys() - set(slow), 1, 0.0), (slow, 5, late)):
             signals = [
-                library.Signal(
-                    ROWS[::every, CHANNELS[name][2]], TIME[::every] + start, CHANNELS[name][0], name
-                )
-                for name in sorted(names)
+                library.Signal(ROWS[::every, column], TIME[::every] + start, unit, name)
+                for name, (_, unit, _, column) in CHANNELS.items()
+                if name in names
             ]
             if signals:
                 written.append(signals, comment="rig")
@@ -42,7 +43,7 @@ def tdms(file, slow=(), late=0.0):
     """The same, where slow channels have a start of their own."""
     library = pytest.importorskip("nptdms")
     channels = []
-    for name, (unit, _, column) in CHANNELS.items():
+    for name, (_, unit, _, column) in CHANNELS.items():
         every = 5 if name in slow else 1
         start = START + timedelta(seconds=late * (name in slow))
         waveform = {"wf_increment": every / RATE, "wf_start_offset": 0.0, "unit_string": unit}
@@ -57,9 +58,8 @@ WRITERS = {"run.mf4": mdf, "run.tdms": tdms}
 
 def require_right(batch, names=CHANNELS):
     assert batch.sampling_frequency == RATE
-    for name in names:
-        _, factor, column = CHANNELS[name]
-        np.testing.assert_allclose(batch[KEYS[name]][0], ROWS[:, column] * factor, rtol=1e-12)
+    for channel, _, factor, column in (CHANNELS[name] for name in names):
+        np.testing.assert_allclose(batch[channel][0], ROWS[:, column] * factor, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -76,7 +76,7 @@ def test_units_names_and_date_come_from_the_file(tmp_path, name):
 @pytest.mark.parametrize(("name", "late"), [("run.mf4", 3e-4), ("run.tdms", 0.0), ("run.tdms", 0.1)])
 def test_slow_channels_are_interpolated_at_the_instants_of_the_fast_ones(tmp_path, name, late):
     """From the instant on at which the last of them begins."""
-    WRITERS[name](tmp_path / name, slow=["x"], **({"late": late} if name == "run.tdms" else {}))
+    WRITERS[name](tmp_path / name, ["x"], late)
     batch = read(plain_source(tmp_path / name))
     assert batch.sampling_frequency == RATE
     assert {each.where for each in batch.remarks[0] if each.kind == "held"} == {POSITION}
@@ -124,14 +124,14 @@ def test_fields_of_a_compound_dataset_are_columns(tmp_path):
 def test_signals_of_dspace_are_named_by_their_names(tmp_path):
     signals = [
         {"Name": f'"Model Root"/{name}', "Data": ROWS[:, column], "Unit": unit}
-        for name, (unit, _, column) in CHANNELS.items()
+        for name, (_, unit, _, column) in CHANNELS.items()
     ]
     recorded = {"X": [{"Name": "time", "Data": TIME}], "Y": signals}
     scipy.io.savemat(tmp_path / "run.mat", {"rec": recorded})
-    channels = ", ".join(
-        f"{name}: {{column: rec/Y/{name}, unit: {unit}}}" for name, (unit, _, _) in CHANNELS.items()
+    scaled = ", ".join(
+        f"{name}: {{column: rec/Y/{name}, unit: {unit}}}" for name, (_, unit, *_) in CHANNELS.items()
     )
     time = "time: {column: rec/X/time, unit: s}"
-    require_right(one(tmp_path, yaml_of(channels, files="run.mat", sampling=time)))
+    require_right(one(tmp_path, yaml_of(scaled, files="run.mat", sampling=time)))
     text = write_description(tmp_path / "run.mat", tmp_path / "proposed.yaml")
     assert "chamber_2_pressure: {column: 'rec/Y/P2', unit: …}" in text

@@ -18,8 +18,9 @@ from tests.records.measuring import P1, USUAL, WRITERS, one
 BAR = np.array([100.0, 101.5, 99.25])
 
 
-def write(file, **arrays):
-    WRITERS[file.suffix[1:]](file, arrays)
+def write(folder, name, **arrays):
+    WRITERS[name.rpartition(".")[2]](folder / name, arrays)
+    return folder / name
 
 
 def read(folder, suffix):
@@ -51,11 +52,11 @@ def hanging(tmp_path_factory, monkeypatch):
 
 def test_a_file_that_crashes_its_library_is_rejected_and_the_next_is_read(tmp_path):
     """Its type of the data is a number that SciPy follows out of its memory."""
-    write(tmp_path / "1.mat", P1=np.arange(64.0))
+    write(tmp_path, "1.mat", P1=np.arange(64.0))
     with open(tmp_path / "1.mat", "r+b") as file:
         file.seek(176)
         file.write(b"\xff\xff")
-    write(tmp_path / "2.mat", P1=BAR)
+    write(tmp_path, "2.mat", P1=BAR)
     batch = read(tmp_path, "mat")
     (rejected,) = batch.rejected
     assert (rejected.record_id, rejected.remark.kind) == ("1.mat", "damaged")
@@ -65,15 +66,14 @@ def test_a_file_that_crashes_its_library_is_rejected_and_the_next_is_read(tmp_pa
 
 def test_a_file_that_hangs_its_library_is_rejected(tmp_path, hanging, monkeypatch):
     monkeypatch.setattr(opening, "SECONDS", 1.0)
-    write(tmp_path / "1.h5", P1=BAR)
+    write(tmp_path, "1.h5", P1=BAR)
     (rejected,) = read(tmp_path, "h5").rejected
     assert rejected.remark.kind == "damaged"
 
 
 @pytest.mark.parametrize("suffix", ["h5", "mat"])
 def test_a_reader_killed_in_the_middle_of_a_file_rejects_it_alone(tmp_path, suffix):
-    file, kind = tmp_path / f"run.{suffix}", {"h5": "HDF5", "mat": "MAT"}[suffix]
-    write(file, P1=BAR, P2=BAR)
+    file, kind = write(tmp_path, f"run.{suffix}", P1=BAR, P2=BAR), {"h5": "HDF5", "mat": "MAT"}[suffix]
     with opening.table_read_apart("run", kind, file) as table:
         np.testing.assert_array_equal(table.numbers(0), BAR)
         for reader in readers():
@@ -86,7 +86,7 @@ def test_a_reader_killed_in_the_middle_of_a_file_rejects_it_alone(tmp_path, suff
 
 def test_one_process_reads_file_after_file_and_two_at_once_have_their_own(tmp_path):
     for number in range(4):
-        write(tmp_path / f"{number}.h5", P1=BAR + number)
+        write(tmp_path, f"{number}.h5", P1=BAR + number)
     np.testing.assert_array_equal(read(tmp_path, "h5")[P1], [(BAR + n) * 1e5 for n in range(4)])
     before = readers()
     read(tmp_path, "h5")
@@ -104,24 +104,11 @@ def test_one_process_reads_file_after_file_and_two_at_once_have_their_own(tmp_pa
         np.testing.assert_array_equal(table.numbers(0), BAR)
 
 
-def test_arrays_of_every_shape_come_over(tmp_path):
-    arrays = {
-        "empty": np.zeros((0,)), "big_endian": BAR.astype(">f4"), "flag": np.array([True, False]),
-        "matrix": np.asfortranarray(np.arange(6.0).reshape(3, 2)),
-    }  # fmt: skip
-    write(tmp_path / "run.h5", **arrays)
-    with opening.table_read_apart("run", "HDF5", tmp_path / "run.h5") as table:
-        for name in ("big_endian", "flag", "empty"):
-            np.testing.assert_array_equal(table.numbers(table.find(name)), arrays[name])
-        np.testing.assert_array_equal(table.numbers(table.find("matrix[2]")), [1.0, 3.0, 5.0])
-
-
 PROGRAM = """\
 import sys, time
 from pathlib import Path
 from hydrofdi.records import files as opening
 opening.SECONDS = float(sys.argv[2])
-assert __name__ == "__main__"
 with opening.table_read_apart("run", "HDF5", Path(sys.argv[1])) as table:
     print("open", flush=True)
     {then}
@@ -129,18 +116,13 @@ print("read", flush=True)
 """
 
 
-def start(file, then, seconds):
-    command = [sys.executable, "-c", PROGRAM.replace("{then}", then or "pass"), str(file), str(seconds)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "open\n"
-    return process
-
-
 @pytest.mark.parametrize(("then", "seconds"), [("time.sleep(600)", 600), ("table.numbers(0)", 4), ("", 600)])
 def test_no_reader_outlives_a_process_that_ends_or_is_killed(tmp_path, hanging, then, seconds):
     """While it waits for a request, and while its library hangs."""
-    write(tmp_path / "run.h5", P1=BAR)
-    process = start(tmp_path / "run.h5", then, seconds)
+    file, program = write(tmp_path, "run.h5", P1=BAR), PROGRAM.replace("{then}", then or "pass")
+    command = [sys.executable, "-c", program, str(file), str(seconds)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "open\n"
     found = readers(process.pid)
     if then:
         process.send_signal(signal.SIGKILL)

@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import hydrofdi
-from hydrofdi.errors import DataError, HydrofdiError
-from hydrofdi.records import Channel
+from hydrofdi.errors import DataError
 from hydrofdi.records.defects import update_rate
 from hydrofdi.records.source import measured_source, plain_source, write_description
 from hydrofdi.records.times import likely_unit
@@ -15,26 +12,22 @@ from tests.records.measuring import P1, P2, POSITION, kinds, read
 
 N_TIME, RATE = 2_000, 500.0
 TIME = np.arange(N_TIME) / RATE
+KEYS = {"P1 [bar]": P1, "P2 [bar]": P2, "x [mm]": POSITION}
 
 
-def signals(time=TIME):
+def signals():
     """Pressures [bar] and position [mm] of a machine that swings, smooth and without noise."""
-    swing = np.sin(2.0 * np.pi * 1.3 * time) + 0.3 * np.sin(2.0 * np.pi * 23.0 * time + 0.5)
-    return {
-        "P1 [bar]": 80.0 + 20.0 * swing,
-        "P2 [bar]": 90.0 - 20.0 * swing,
-        "x [mm]": 10.0 * np.cos(8.1 * time),
-    }
+    swing = np.sin(2.0 * np.pi * 1.3 * TIME) + 0.3 * np.sin(2.0 * np.pi * 23.0 * TIME + 0.5)
+    return dict(zip(KEYS, (80.0 + 20.0 * swing, 90.0 - 20.0 * swing, 10.0 * np.cos(8.1 * TIME)), strict=True))
 
 
 def written(folder, times, title="time [s]", columns=None, form="{:.6f}"):
     """A CSV of instants that are written as they are, and channels."""
     columns = signals() if columns is None else columns
-    lines = [",".join([title, *columns])]
     rows = zip(times, *columns.values(), strict=True)
-    lines += [",".join([str(time), *map(form.format, row)]) for time, *row in rows]
+    lines = [",".join([str(time), *map(form.format, row)]) for time, *row in rows]
     file = folder / "run.csv"
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    file.write_text("\n".join([",".join([title, *columns]), *lines]) + "\n", encoding="utf-8")
     return file
 
 
@@ -73,68 +66,23 @@ def test_a_slow_time_in_seconds_says_so_and_a_usual_rate_or_an_epoch_is_believed
     assert not kinds(read(plain_source(written(tmp_path, TIME, "time"))))
 
 
-CLOCKS = st.sampled_from(["s", "ms", "µs", "min", "date", "of day", "epoch ms", "exceldays", "FILETIME"])
-
-
-@settings(deadline=None, max_examples=60)
-@given(
-    CLOCKS, st.sampled_from([25.0, 64.0, 100.0, 500.0, 1e3, 2e3, 9_600.0]), st.booleans(), st.booleans(),
-    st.sampled_from(["even", "lost", "repeated", "jitter"]),
-)  # fmt: skip
-def test_any_clock_gives_the_rate_or_is_refused(tmp_path_factory, clock, rate, is_stated, is_proposed, fault):
-    n_time, day = 300, np.datetime64("2026-05-05T23:59:59.900", "ns")
-    instants = np.arange(n_time) / rate
-    if fault == "lost":
-        instants = np.delete(instants, 150)
-    elif fault == "repeated":
-        instants[150] = instants[149]
-    elif fault == "jitter":
-        instants = instants + np.random.default_rng(1).uniform(-0.3, 0.3, n_time) / rate
-    dates = day + np.rint(instants * 1e9).astype("timedelta64[ns]")
-    since = (dates - np.datetime64(0, "ns")) / np.timedelta64(1, "s")
-    times, unit = {
-        "s": (instants, "s"), "ms": (instants * 1e3, "ms"), "µs": (instants * 1e6, "µs"),
-        "min": (instants / 60.0, "min"), "date": (dates, ""),
-        "of day": ([str(each)[11:] for each in dates], ""), "epoch ms": (np.round(since * 1e3, 3), "ms"),
-        "exceldays": (since / 86_400.0 + 25_569.0, "exceldays"),
-        "FILETIME": ([int(each * 1e7) + 116_444_736_000_000_000 for each in since], "FILETIME"),
-    }[clock]  # fmt: skip
-    columns = {"P1 [bar]": 80.0 + 20.0 * np.sin(np.arange(len(times)) * 0.11)}
-    title = f"time [{unit}]" if unit and (is_stated or unit == "min") else "time"
-    file = written(tmp_path_factory.mktemp("clock"), times, title, columns)
-    try:
-        batch = proposed(file)[0] if is_proposed else read(plain_source(file))
-    except HydrofdiError:
-        return
-    if fault == "even" and batch.n_record:
-        assert batch.sampling_frequency == pytest.approx(rate, rel=1e-3)
-    elif batch.n_record and not is_proposed:
-        assert any(each.is_unusable for each in batch.remarks[0])
-
-
-def joined_rasters():
-    """Stamps at 500 Hz and others at 100 Hz, 0.3 ms later, as readers join groups of MDF; x is slow."""
-    times = np.union1d(np.round(TIME, 4), np.round(TIME[::5] + 0.0003, 4))
-    columns = {name: np.interp(times, TIME, values) for name, values in signals().items()}
-    own = TIME[::5] + 0.0003
-    columns["x [mm]"] = np.interp(times, own, np.interp(own, TIME, signals()["x [mm]"]))
-    return times, columns
-
-
 def test_joined_rasters_need_resample_which_the_proposal_states_with_the_true_rates(tmp_path):
-    times, columns = joined_rasters()
+    """Stamps at 500 Hz and others at 100 Hz, 0.3 ms later, as readers join groups of MDF; x is slow."""
+    own = TIME[::5] + 0.0003
+    times = np.union1d(np.round(TIME, 4), np.round(own, 4))
+    columns = {name: np.interp(times, TIME, values) for name, values in signals().items()}
+    columns["x [mm]"] = np.interp(times, own, np.interp(own, TIME, signals()["x [mm]"]))
     file = written(tmp_path, times, columns=columns)
     (remark,) = read(plain_source(file)).remarks[0]
     assert (remark.kind, remark.is_unusable, remark.where) == ("uneven", True, "")
+    with pytest.raises(DataError, match=r"run\.csv.*resample"):
+        hydrofdi.train(file, "dwt", window="0.5 s", false_alarm_rate="45 %", output="d2")
     batch, text = proposed(file)
     assert "resample: 500 Hz" in text
     assert "100 Hz" in text
     assert batch.sampling_frequency == RATE
     assert not any(each.is_unusable for each in batch.remarks[0])
     assert {each.where for each in batch.remarks[0] if each.kind == "held"} == {POSITION}
-    given = {"window": "0.5 s", "false_alarm_rate": "45 %", "output": "d2"}
-    with pytest.raises(DataError, match=r"run\.csv.*resample"):
-        hydrofdi.train(file, "dwt", **given)
 
 
 SINGLE = [f"{each:.9g}" for each in (20_000.0 + TIME).astype(np.float32)]
@@ -154,46 +102,36 @@ def test_rounded_stamps_are_those_of_an_even_clock_and_one_sample_lost_is_no_rou
 
 
 def test_stamps_that_repeat_because_they_are_rounded_name_the_rate(tmp_path):
-    file = written(tmp_path, np.round(TIME / 4.0, 3))
-    (rejected,) = read(plain_source(file)).rejected
+    (rejected,) = read(plain_source(written(tmp_path, np.round(TIME / 4.0, 3)))).rejected
     assert "sampling_frequency: 2000 Hz" in rejected.remark.message
-
-
-def held(values, n):
-    return np.repeat(values[::n], n)[: values.size]
 
 
 @pytest.mark.parametrize("n", [2, 5, 10])
 def test_a_channel_that_repeats_its_samples_is_remarked_with_its_rate(tmp_path, n):
-    columns = signals()
-    columns["P1 [bar]"] = held(columns["P1 [bar]"], n)
+    columns, smooth = signals(), signals()["P1 [bar]"]
+    columns["P1 [bar]"] = np.repeat(smooth[::n], n)
     batch = read(plain_source(written(tmp_path, TIME, columns=columns)))
     (remark,) = batch.remarks[0]
     assert (remark.kind, remark.where, remark.is_unusable) == ("held", P1, False)
     assert update_rate(batch[P1][0], TIME) == pytest.approx(RATE / n, rel=0.02)
-    slow = np.interp(TIME, TIME[::n], signals()["P1 [bar]"][::n])
-    assert update_rate(slow, TIME) == pytest.approx(RATE / n, rel=0.05)
+    assert update_rate(np.interp(TIME, TIME[::n], smooth[::n]), TIME) == pytest.approx(RATE / n, rel=0.05)
 
 
 def test_a_coarse_converter_noise_and_rests_are_not_held():
-    rng = np.random.default_rng(3)
     smooth = signals()["P1 [bar]"]
-    noisy = smooth + rng.normal(0.0, 0.2, N_TIME)
-    resting = np.where(TIME < 2.0, noisy, 80.0)
-    coarse, square = (np.round(smooth / 2.0) * 2.0, np.round(noisy)), np.sign(np.sin(9.0 * TIME))
-    for samples in (smooth, noisy, resting, *coarse, square):
+    noisy = smooth + np.random.default_rng(3).normal(0.0, 0.2, N_TIME)
+    resting, square = np.where(TIME < 2.0, noisy, 80.0), np.sign(np.sin(9.0 * TIME))
+    for samples in (smooth, noisy, resting, np.round(smooth / 2.0) * 2.0, np.round(noisy), square):
         assert update_rate(samples, TIME) is None
 
 
-@pytest.mark.parametrize("channel", ["P1 [bar]", "P2 [bar]", "x [mm]"])
+@pytest.mark.parametrize("channel", KEYS)
 @pytest.mark.parametrize("part", [slice(1_000, 2_000), slice(300, 1_200)])
 def test_a_channel_that_freezes_anywhere_is_stuck(tmp_path, channel, part):
     columns = signals()
     columns[channel][part] = columns[channel][part.start]
     remarks = read(plain_source(written(tmp_path, TIME, columns=columns))).remarks[0]
-    assert [each.where for each in remarks if each.kind == "stuck" and each.is_unusable] == [
-        {"P1 [bar]": P1, "P2 [bar]": P2, "x [mm]": Channel.PISTON_POSITION}[channel]
-    ]
+    assert [each.where for each in remarks if each.kind == "stuck" and each.is_unusable] == [KEYS[channel]]
 
 
 def test_a_machine_that_comes_to_rest_is_not_frozen(tmp_path):

@@ -1,5 +1,6 @@
 """Measured records of hydraulic actuators, where they are present; docs/measured.md says what they tell."""
 
+import csv
 from dataclasses import replace
 
 import numpy as np
@@ -52,14 +53,9 @@ def test_all_records_are_read_with_group_and_label(records):
 
 
 def test_the_direction_is_that_of_the_list_of_runs(records):
-    lines = (VTNSI / "runs.csv").read_text().splitlines()
-    header = lines[0].split(",")
-    rows = [dict(zip(header, line.split(","), strict=True)) for line in lines[1:]]
-    listed = {f"vtnsi/{row['file']}": row["direction"][0] for row in rows}
-    found = {
-        name: group.rpartition(" ")[2] for name, group in zip(records.record_ids, records.groups, strict=True)
-    }
-    assert found == listed
+    with open(VTNSI / "runs.csv", encoding="utf-8") as file:
+        listed = {f"vtnsi/{row['file']}": row["direction"][0] for row in csv.DictReader(file)}
+    assert dict(zip(records.record_ids, (group[-1] for group in records.groups), strict=True)) == listed
 
 
 def test_every_record_says_what_is_wrong_with_it(records):

@@ -52,28 +52,26 @@ def made_up(tmp_path: Path) -> ExperimentData:
     config = tmp_path / "made_up.yaml"
     config.write_text(MADE_UP, encoding="utf-8")
     experiment = load_experiment(config)
-    table = expand_runs(experiment)
-    statuses = ["ok"] * 5 + ["diverged"]
-    columns = {each.name: values for each, values in requested_columns(table).items()} | {
+    details, approximations = 1e3 * np.array(KILOPASCALS), 1e3 * np.array(APPROXIMATIONS)
+    same = {
+        "settled_from": 2.0, names.EXTERNAL_LEAKAGE_FLOWS[0]: 0.0, names.EXTERNAL_LEAKAGE_FLOWS[1]: 0.0,
+        "clipped_share": 0.0, "unusual_share": 0.0, "pressure_variation": 0.8,
+        names.LARGEST_CHAMBER_1_PRESSURE: 16.5e6, names.MEAN_CHAMBER_1_PRESSURE: 8.6e6,
+    }  # fmt: skip
+    columns = {each.name: values for each, values in requested_columns(expand_runs(experiment)).items()}
+    columns |= {name: np.array([value] * 5 + [np.nan]) for name, value in same.items()}
+    columns |= {
         names.RUN_ID: np.array([f"{position:016x}" for position in range(6)]),
-        names.STATUS: np.array(statuses),
+        names.STATUS: np.array(["ok"] * 5 + ["diverged"]),
         names.MESSAGE: np.array([""] * 5 + ["the state grew without bound by t = 1 s"]),
         names.VERDICT: np.array(["ok", "unsettled", "ok", "cavitating, above_supply", "ok", "diverged"]),
         "cavitating_share": np.array([0.0, 0.0, 0.0, 0.002, 0.0, np.nan]),
         "above_supply_share": np.array([0.0, 0.0, 0.0, 0.15, 0.0, np.nan]),
         "settling_change": np.array([1e-7, 0.034, 1e-7, np.nan, 1e-7, np.nan]),
-        names.DETAIL_RMS: 1e3 * np.array(KILOPASCALS),
-        names.APPROXIMATION_RMS: 1e3 * np.array(APPROXIMATIONS),
-        names.SETTLED_DETAIL_RMS: 1e3 * np.array(KILOPASCALS) * [0.9, 1.0, 1.1, 1.0, 1.0],
-        names.SETTLED_APPROXIMATION_RMS: 1e3 * np.array(APPROXIMATIONS),
-        "settled_from": np.array([2.0] * 5 + [np.nan]),
-        names.EXTERNAL_LEAKAGE_FLOWS[0]: np.array([0.0] * 5 + [np.nan]),
-        names.EXTERNAL_LEAKAGE_FLOWS[1]: np.array([0.0] * 5 + [np.nan]),
-        "clipped_share": np.array([0.0] * 5 + [np.nan]),
-        "unusual_share": np.array([0.0] * 5 + [np.nan]),
-        "pressure_variation": np.array([0.8] * 5 + [np.nan]),
-        names.LARGEST_CHAMBER_1_PRESSURE: np.array([16.5e6] * 5 + [np.nan]),
-        names.MEAN_CHAMBER_1_PRESSURE: np.array([8.6e6] * 5 + [np.nan]),
+        names.DETAIL_RMS: details,
+        names.APPROXIMATION_RMS: approximations,
+        names.SETTLED_DETAIL_RMS: details * [0.9, 1.0, 1.1, 1.0, 1.0],
+        names.SETTLED_APPROXIMATION_RMS: approximations,
         names.MEAN_LEAKAGE_FLOW: np.array([0.0, 0.0, 2e-6, 2.1e-6, 1e-3 / 30, np.nan]),
         names.LEAKAGE_COEFFICIENT: np.array([0.0, 0.0, 8e-10, 8e-10, 1.5e-8, 1.5e-8]),
         names.MODE_FREQUENCY: np.array([59.6, 66.1] * 2 + [59.6, np.nan]),
@@ -94,14 +92,13 @@ def paper_analysis(paper):
     return StudyReport(paper)
 
 
-def with_rms(data: ExperimentData, position: int, level: int, rms: float) -> ExperimentData:
-    """The same experiment with one cell changed."""
-    changed = data.columns[names.DETAIL_RMS].copy()
-    changed[position, level] = rms
-    return replace(data, columns=data.columns | {names.DETAIL_RMS: changed})
-
-
 @pytest.fixture
 def break_cell():
     """Changes the RMS of one cell of an experiment."""
-    return with_rms
+
+    def changed(data: ExperimentData, position: int, level: int | slice, rms: float) -> ExperimentData:
+        values = data.columns[names.DETAIL_RMS].copy()
+        values[position, level] = rms
+        return replace(data, columns=data.columns | {names.DETAIL_RMS: values})
+
+    return changed

@@ -19,21 +19,20 @@ def blocks(data):
     return {block.key: block for block in make_report(data).document().blocks}
 
 
-def test_a_report_of_sound_runs_says_nothing_of_verdicts(small_sweep):
-    found = blocks(read_results(small_sweep.directory))
-    assert "doubts" not in found
-    for sheet in found["changes"].tables:
-        assert "Verdict" not in [column.heading for column in sheet.shown]
-        assert not sheet.notes
-
-
-def test_each_verdict_is_reported_with_its_count_and_largest_number_and_marks_its_rows(made_up):
+def test_verdicts_are_reported_with_count_and_largest_number_and_mark_their_rows_and_sound_runs_have_none(
+    made_up, small_sweep
+):
     found = blocks(made_up)
     (table,) = found["doubts"].tables
     assert table["Runs"].tolist() == [1, 1, 1]
     assert "15 %" in table["Meaning"][1]
     for sheet in found["table3"].tables:
         assert [*sheet["Verdict"]] == ["", "U", "", "C A", "", ""]
+    sound = blocks(read_results(small_sweep.directory))
+    assert "doubts" not in sound
+    for sheet in sound["changes"].tables:
+        assert "Verdict" not in [column.heading for column in sheet.shown]
+        assert not sheet.notes
 
 
 STILL = SMALL.replace("sweep:", "paper: maddahi2015\ninput: {amplitude: 0 V}\nsweep:")
@@ -54,18 +53,14 @@ paper: maddahi2015
 record: {duration: 2 s}
 sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551 MPa]}}
 """
-WHOLE = HALF.replace("[551 MPa]", "[551 MPa, 689 MPa]")
 
 
-def test_an_unfinished_experiment_reports_and_draws_what_is_there_and_why_the_rest_is_not(tmp_path, hydrofdi):
+def test_an_unfinished_experiment_reports_and_draws_what_is_there_and_why_the_rest_is_not(tmp_path):
     """A sweep over two EBM of which one was computed before the program was killed."""
-    config = tmp_path / "half.yaml"
-    config.write_text(HALF)
-    assert hydrofdi("sweep", config, "--engine", "in-process").returncode == 0
-    config.write_text(WHOLE)
-    directory = tmp_path / "results" / "half"
-    write_request(directory, load_experiment(config))
-    report = make_report(read_results(directory))
+    half = sweep_in(tmp_path, HALF)
+    half.config.write_text(HALF.replace("[551 MPa]", "[551 MPa, 689 MPa]"))
+    write_request(half.directory, load_experiment(half.config))
+    report = make_report(read_results(half.directory))
     assert report.table.texts("status") == ["ok", "missing", "ok", "missing"]
     (holes,) = [block for block in report.document().blocks if block.key == "holes"]
     assert holes.tables[0]["Runs"].tolist() == [2]
@@ -91,22 +86,17 @@ study:
   faults: {leakage.internal_flow: [0.02 L/min, 2 L/min], each: 15}
 detection: {false_alarm_rate: 10 %, probability: 80 %, indicators: [dwt]}
 """
-SAID = {"remarks", "holes", "varied", "provenance"}
-
-
-def asked_for(folder, text):
-    """The folder of a sweep that was asked for, before its first run."""
-    config = folder / "none.yaml"
-    config.write_text(text)
-    write_request(folder / "none", load_experiment(config))
-    return folder / "none"
 
 
 @pytest.mark.parametrize("text", [GENERAL, PAPER, STUDY], ids=["general", "paper", "study"])
 def test_it_says_what_is_missing_and_the_remedy_and_shows_no_empty_tables(tmp_path, text):
-    report = make_report(read_results(asked_for(tmp_path, text)))
+    """Of a sweep that was asked for, before its first run."""
+    config = tmp_path / "none.yaml"
+    config.write_text(text)
+    write_request(tmp_path / "none", load_experiment(config))
+    report = make_report(read_results(tmp_path / "none"))
     document = report.document()
-    assert {block.key for block in document.blocks} <= SAID
+    assert {block.key for block in document.blocks} <= {"remarks", "holes", "varied", "provenance"}
     assert not document.figures
     (holes,) = [block for block in document.blocks if block.key == "holes"]
     assert holes.tables[0]["Status"].tolist() == ["missing"]

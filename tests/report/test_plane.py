@@ -1,8 +1,6 @@
 """A grid over two parameters: its matrix, its heat maps, its cube, and its tables for papers."""
 
 import csv
-import io
-import json
 import shutil
 
 import h5py
@@ -11,11 +9,9 @@ import pytest
 import xarray
 
 import hydrofdi as package
-from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError, UnknownNameError
-from hydrofdi.report.figures import draw_figure
 from hydrofdi.store.names import coordinate
-from tests.commands import run_hydrofdi
+from tests.commands import run, run_json
 from tests.report.rows import check_golden
 
 AXES = ("--grid", "EBM=500MPa:900MPa:9", "--grid", "K_i=0:8e-9:9", "--name", "mine")
@@ -25,7 +21,7 @@ SHORT = ("--set", "duration=4 s", "--engine", "in-process")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plane")
-    assert run_hydrofdi("sweep", *AXES, *SHORT, cwd=folder).returncode == 0
+    run("sweep", *AXES, *SHORT, cwd=folder, check=0)
     return folder
 
 
@@ -37,24 +33,18 @@ def results(folder):
 @pytest.mark.parametrize("form", ["text", "latex"])
 def test_a_grid_is_reported_as_a_matrix(folder, form, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    text = run_hydrofdi("report", "results/mine", "--format", form, cwd=folder).stdout
+    text = run("report", "results/mine", "--format", form, cwd=folder).stdout
     check_golden(f"matrix.{form}", text)
     assert form != "text" or len(text.splitlines()) <= 24
 
 
 def test_each_cell_is_the_change_of_its_run_and_the_baseline_is_marked_where_it_is(results):
-    plane = results.composed.plane
-    cube = results.grid()
+    plane, cube = results.composed.plane, results.grid()
     for level in range(5):
         matrix = plane.matrix(plane.features[level])
         np.testing.assert_array_equal(matrix, cube.delta.sel(level=level + 1).transpose("K_i", "EBM"))
     row, column = plane.baseline
-    assert row == 0.0
-    assert 500e6 + 50e6 * column == pytest.approx(551e6)
-    figure = draw_figure(results.composed, "sensitivity")
-    assert [axis.get_title(loc="left") for axis in figure.axes[:5]] == [
-        f"δd{level} [%]" for level in range(1, 6)
-    ]
+    assert (row, 500e6 + 50e6 * column) == (0.0, pytest.approx(551e6))
 
 
 def made(folder, duration="2 s", **asked):
@@ -102,10 +92,6 @@ def test_the_file_alone_is_a_cube_and_the_extra_baseline_does_not_stand_in_the_w
     assert (cube.sizes["EBM"], cube.sizes["K_i"]) == (9, 9)
     assert cube.EBM.values.tolist() == np.linspace(500e6, 900e6, 9).tolist()
     assert np.isfinite(cube.detail_rms).all()
-    cell = cube.detail_rms.sel(EBM=700e6, K_i=4e-9).values
-    runs = results.runs
-    at = (runs["fluid.bulk_modulus"] == 700e6) & (runs["leakage.internal_coefficient"] == 4e-9)
-    np.testing.assert_array_equal(cell, results[int(np.flatnonzero(at)[0])].detail_rms)
 
 
 def test_a_file_without_coordinates_says_how_to_get_them(results, tmp_path):
@@ -119,42 +105,28 @@ def test_a_file_without_coordinates_says_how_to_get_them(results, tmp_path):
 
 
 def test_a_stored_run_is_the_run_that_was_simulated(results):
-    stored = results[10]
-    again = package.simulate(EBM=stored.parameters["fluid.bulk_modulus"], duration="4 s",
-                             K_i=stored.parameters["leakage.internal_coefficient"])  # fmt: skip
-    assert stored.run_id == again.run_id
-    assert stored.parameters == again.parameters
+    asked = {name: results[10].parameters[name] for name in ("EBM", "K_i")}
+    again = package.simulate(duration="4 s", **asked)
+    assert (results[10].run_id, results[10].parameters) == (again.run_id, again.parameters)
     np.testing.assert_array_equal(results.signals(10)["P1"], again.P1)
-    np.testing.assert_array_equal(stored.detail_rms, again.detail_rms)
-    assert stored.features.keys() >= again.features.keys()
-    assert results[-1].status == "ok"
+    np.testing.assert_array_equal(results[10].detail_rms, again.detail_rms)
 
 
-def test_a_run_draws_chosen_channels_from_an_instant_on(results):
+def test_a_run_draws_chosen_channels_from_an_instant_on_and_says_if_none_are_stored(results, tmp_path):
     figure = results[3].plot(channels=["P1", "x"], start=3.0)
     assert len(figure.axes) == 2
     assert min(line.get_xdata().min() for axis in figure.axes for line in axis.lines) == 3.0
     with pytest.raises(UnknownNameError):
         results[3].plot("P9")
-
-
-def test_a_run_without_stored_signals_says_so(tmp_path):
     bare = made(tmp_path / "bare", grid={"EBM": [6e8, 7e8]})
     assert bare.signals(0) == {}
     with pytest.raises(ReportError):
         bare[0].plot()
 
 
-def test_failed_runs_are_rows(failing_sweep):
-    made = package.load(failing_sweep.folder / failing_sweep.directory)
-    assert made.failed["status"].tolist() == ["diverged"]
-    assert made.failed["run"].tolist() == [1]
-
-
 def test_the_wide_form_has_a_line_for_each_run(folder):
-    wide = run_hydrofdi("report", "results/mine", "--format", "wide", cwd=folder).stdout
-    lines = [*csv.DictReader(io.StringIO(wide))]
-    rows = json.loads(run_hydrofdi("report", "results/mine", "--json", cwd=folder).stdout)["rows"]
+    wide = run("report", "results/mine", "--format", "wide", cwd=folder).stdout
+    lines, rows = [*csv.DictReader(wide.splitlines())], run_json("report", "results/mine", cwd=folder)["rows"]
     assert len(lines) == len(rows) == 82
     for line, row in zip(lines, rows, strict=True):
         assert float(line["bulk_modulus_MPa"]) == row["bulk_modulus_MPa"]
@@ -165,10 +137,3 @@ def test_coordinates_have_short_names_that_no_variable_has():
     names = ("fluid.bulk_modulus", "friction.coulomb", "actuator.stroke", "friction.law", "wavelet.phase")
     short = ["EBM", "F_c", "stroke", "swept_friction_law", "swept_wavelet_phase"]
     assert [coordinate(name) for name in names] == short
-
-
-def test_configs_are_a_table_and_groups_a_part_of_it():
-    names = package.configs()["name"].tolist()
-    assert {"table3", "smoke"} <= set(names)
-    assert set(package.configs("machines")["name"]) < set(names)
-    load_experiment("table3")

@@ -1,7 +1,6 @@
 """Responses of features over what an experiment varies, their rank correlations, and both in JSON."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -51,27 +50,14 @@ def test_medians_and_ranges_are_those_of_the_runs_with_that_value(made_up):
     assert [each.n_run for each in modulus.responses[0].over] == [3, 2], "the failed run has no number"
 
 
-def test_a_constant_feature_has_response_0(made_up):
-    same = replace(made_up, columns=made_up.columns | {names.DETAIL_RMS: np.full((6, 5), 1e5)})
-    for found in study_responses(same).axes:
-        for response in found.responses:
-            assert {(each.median, each.low, each.high) for each in response.over} == {(0.0, 0.0, 0.0)}
-
-
-def test_the_order_of_the_runs_changes_nothing(data):
-    order = np.random.default_rng(0).permutation(data.n_run)
-    axis = of(study_responses(data), "fluid.bulk_modulus")
+def test_the_order_of_the_runs_changes_nothing_and_baselines_that_were_added_are_in_no_group(data):
+    study, order = study_responses(data), np.random.default_rng(0).permutation(data.n_run)
+    axis = of(study, "fluid.bulk_modulus")
     for response in axis.responses:
         for group, found in zip(axis.groups, response.over, strict=True):
             assert spread(response.feature.values[order][group.rows[order]]) == found
-
-
-def test_baselines_that_were_added_are_in_no_group(data):
-    study = study_responses(data)
-    assert int(study.runs.sum()) == 32 < data.n_run
-    axis = of(study, "fluid.bulk_modulus")
+    assert int(study.runs.sum()) == sum(int(group.rows.sum()) for group in axis.groups) == 32 < data.n_run
     assert np.isnan(axis.drawn[~study.runs]).all()
-    assert sum(int(group.rows.sum()) for group in axis.groups) == 32
 
 
 def test_where_each_run_is_its_own_baseline_the_features_stand_themselves(tmp_path):
@@ -82,78 +68,50 @@ def test_where_each_run_is_its_own_baseline_the_features_stand_themselves(tmp_pa
     assert found.responses[0].over[0].median != found.responses[0].over[1].median
 
 
-N_RUN, N_REPEAT = 64, 500
-
-
-def heteroscedastic(rng, n_run):
-    """A feature whose scatter grows with the parameter: ρ is not that of a normal distribution."""
-    parameter = rng.uniform(size=n_run)
-    return parameter, parameter + parameter * rng.normal(size=n_run)
-
-
 def test_chance_gives_more_than_its_bound_in_5_percent_of_permutations():
+    """Of a feature whose scatter grows with the parameter: ρ is not that of a normal distribution."""
     rng = np.random.default_rng(2)
-    parameter, feature = heteroscedastic(rng, N_RUN)
-    found = [rank_correlation(parameter, rng.permutation(feature)) for _ in range(N_REPEAT)]
+    parameter = rng.uniform(size=64)
+    feature = parameter + parameter * rng.normal(size=64)
+    found = [rank_correlation(parameter, rng.permutation(feature)) for _ in range(500)]
     assert 0.025 <= np.mean([abs(each.value) > each.chance for each in found]) <= 0.08
-
-
-@pytest.mark.parametrize(("feature", "expected"), [(np.exp, 1.0), (lambda x: -(x**3), -1.0)])
-def test_a_monotone_feature_has_rank_correlation_1(feature, expected):
-    parameter = np.random.default_rng(3).uniform(size=30)
-    found = rank_correlation(parameter, feature(parameter))
-    assert found.value == pytest.approx(expected)
 
 
 def test_it_is_spearmans_with_ties_and_without_runs_that_lack_a_number():
     rng = np.random.default_rng(4)
-    parameter, feature = rng.integers(0, 6, 50).astype(float), rng.integers(0, 6, 50).astype(float)
+    parameter, feature = rng.integers(0, 6, (2, 50)).astype(float)
     expected = spearmanr(parameter[:40], feature[:40]).statistic
     feature[40:] = np.nan
     found = rank_correlation(parameter, feature)
-    assert found.value == pytest.approx(expected)
-    assert found.n_run == 40
+    assert (found.value, found.n_run) == (pytest.approx(expected), 40)
+    assert rank_correlation(parameter, -(parameter**3)).value == pytest.approx(-1.0)
 
 
-@pytest.mark.parametrize("n_run", [LEAST_RUNS - 1, LEAST_RUNS])
-def test_too_few_runs_and_constant_features_have_none(n_run):
-    parameter = np.arange(float(n_run))
-    assert np.isfinite(rank_correlation(parameter, parameter).value) == (n_run == LEAST_RUNS)
-    assert np.isnan(rank_correlation(parameter, np.ones(n_run)).value)
+def test_too_few_runs_and_constant_features_have_none():
+    few, enough = (np.arange(float(n_run)) for n_run in (LEAST_RUNS - 1, LEAST_RUNS))
+    assert np.isnan(
+        [rank_correlation(few, few).value, rank_correlation(enough, np.ones(LEAST_RUNS)).value]
+    ).all()
+    assert np.isfinite(rank_correlation(enough, enough).value)
 
 
-@pytest.fixture(scope="module")
-def record(data):
-    return json.loads(render_json(make_report(data)))
-
-
-def response_of(record, axis, feature):
-    (found,) = [each for each in record["responses"] if (each["axis"], each["feature"]) == (axis, feature)]
-    return found
-
-
-def test_what_was_varied_has_values_or_quantiles_with_the_runs(record):
+def test_what_varied_and_responses_to_it_stand_in_the_json_in_si_with_their_runs(data):
+    record = json.loads(render_json(make_report(data)))
     varied = {each["name"]: each for each in record["varied"]}
     modulus, shape = varied["fluid.bulk_modulus"], varied["input.shape"]
     assert (shape["values"], shape["n"], shape["unit"]) == (["square", "sine"], [16, 16], None)
     assert (modulus["unit"], modulus["n"]) == ("Pa", 32)
-    quantiles = list(modulus["quantiles"].values())
     assert list(modulus["quantiles"]) == ["0.05", "0.25", "0.5", "0.75", "0.95"]
-    assert quantiles == sorted(quantiles)
-    assert quantiles[0] >= 7e8
-    assert quantiles[-1] <= 9e8
+    assert sorted([7e8, *modulus["quantiles"].values(), 9e8]) == [7e8, *modulus["quantiles"].values(), 9e8]
 
-
-def test_groups_of_an_output_are_in_si_whatever_the_tables_show(record, data):
-    mean = response_of(record, "input.shape", "pressure_statistics.mean")
+    responses = {(each["axis"], each["feature"]): each for each in record["responses"]}
+    mean = responses["input.shape", "pressure_statistics.mean"]
     assert (mean["unit"], mean["baseline"], mean["rank_correlation"]) == ("Pa", None, None)
     group = next(each for each in mean["groups"] if each["value"] == "square")
     assert group["n"] == 16
     assert 1e6 < group["low"] < group["median"] < group["high"] < 2e7
 
-
-def test_a_sampled_parameter_has_fifths_and_a_rank_correlation(record, data):
-    change = response_of(record, "fluid.bulk_modulus", "δd2")
+    change = responses["fluid.bulk_modulus", "δd2"]
     assert (change["unit"], change["baseline"]) == ("%", "fixed")
     assert sum(group["n"] for group in change["groups"]) == 32
     ends = [end for group in change["groups"] for end in (group["from"], group["to"])]

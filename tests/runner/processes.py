@@ -3,10 +3,9 @@
 import os
 import signal
 import subprocess
-import time
 from pathlib import Path
 
-from tests.commands import COMMAND
+from tests.commands import COMMAND, wait_until
 
 
 def start(*arguments, command=COMMAND, **options):
@@ -17,56 +16,41 @@ def start(*arguments, command=COMMAND, **options):
     )  # fmt: skip
 
 
+def _status(pid):
+    """State, parent, group, session and more of a process; the file of Linux less its first two fields."""
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+
+
 def session_members(session):
-    """Living processes of a session, by their command lines."""
+    """Living processes of a session: process id → command line and parent."""
     members = {}
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                fields = (entry / "stat").read_text().rpartition(")")[2].split()
-                if int(fields[3]) == session and fields[0] != "Z":
-                    members[int(entry.name)] = (entry / "cmdline").read_text().replace("\0", " ")
-            except OSError:
-                continue
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            state, parent, _, own, *_ = _status(entry.name)
+            if int(own) == session and state != "Z":
+                line = (entry / "cmdline").read_text().replace("\0", " ")
+                members[int(entry.name)] = (line, int(parent))
+        except OSError:
+            continue
     return members
 
 
 def workers(session):
     """Process ids of the workers of a sweep: the children of its fork server."""
-    children = {}
-    for pid in session_members(session):
-        try:
-            parent = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
-        except OSError:
-            continue
-        children.setdefault(parent, []).append(pid)
-    servers = [
-        pid for pid, line in session_members(session).items() if "forkserver" in line and pid in children
-    ]
-    return [pid for server in servers for pid in children[server]]
+    members = session_members(session)
+    servers = {pid for pid, (line, _) in members.items() if "forkserver" in line}
+    return [pid for pid, (_, parent) in members.items() if parent in servers]
 
 
 def computing(session):
     """Process ids of workers that have computed for half a second: their fork server loads the package."""
     ticks = 0.5 * os.sysconf("SC_CLK_TCK")
-    return [
-        pid
-        for pid in workers(session)
-        if sum(map(int, Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13])) > ticks
-    ]
-
-
-def wait_until(condition, seconds=120.0):
-    """Wait for something to become true; the last value."""
-    deadline = time.monotonic() + seconds
-    while not (value := condition()) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    return value
+    return [pid for pid in workers(session) if sum(map(int, _status(pid)[11:13])) > ticks]
 
 
 def nobody_left(session, seconds=2.0):
-    """Whether all processes of a session are gone within some seconds."""
-    return wait_until(lambda: not session_members(session), seconds) is True
+    """Wait until all processes of a session are gone."""
+    return wait_until(lambda: not session_members(session), seconds=seconds)
 
 
 def shards(directory):

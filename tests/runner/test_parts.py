@@ -16,15 +16,6 @@ from hydrofdi.store.folder import Failure, experiment_lock, read_failures, read_
 from tests.commands import run, run_json
 from tests.runner.processes import shards, start, wait_until
 
-GRID = """\
-name: grid
-record: {duration: 8 s}
-store: {signals: none}
-sweep:
-  grid:
-    leakage.internal_flow: [0.1 L/min, 0.5 L/min, 2 L/min]
-    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 150]}
-"""
 SMALL = {
     "name": "small",
     "record": {"duration": "2 s"},
@@ -39,15 +30,13 @@ def test_parts_have_every_run_once_whatever_is_stored():
         assert sorted(position for part in parts for position in part) == [*range(n_run)]
 
 
-def test_parts_at_the_same_time_one_of_them_killed_give_the_bytes_of_one_sweep(tmp_path):
-    file, out = tmp_path / "grid.yaml", tmp_path / "out"
-    file.write_text(GRID)
-    run("sweep", file, "--out", tmp_path / "whole", check=0)
+def test_parts_at_the_same_time_one_of_them_killed_give_the_bytes_of_one_sweep(long, tmp_path):
+    (file, whole), out = long, tmp_path / "out"
     part = ("sweep", file, "--out", out, "--workers", "1", "--part")
     first, second = start(*part, "1/2"), start(*part, "2/2")
     try:
         log = out / "run-2-of-2.log"
-        assert wait_until(lambda: log.exists() and '"stored"' in log.read_text())
+        wait_until(lambda: log.exists() and '"stored"' in log.read_text())
         os.killpg(second.pid, signal.SIGKILL)
         second.communicate()
         assert run_json("status", out)["planned"] == 600
@@ -61,9 +50,9 @@ def test_parts_at_the_same_time_one_of_them_killed_give_the_bytes_of_one_sweep(t
     again = run_json(*part, "2/2")
     assert again["skipped"] > 0 < again["completed"]
     assert again["skipped"] + again["completed"] == again["planned"] == len(Part(2, 2).positions(600))
-    assert not (out / "grid.h5").exists()
+    assert not (out / "long.h5").exists()
     run("collect", out, check=0)
-    assert (out / "grid.h5").read_bytes() == (tmp_path / "whole" / "grid.h5").read_bytes()
+    assert (out / "long.h5").read_bytes() == whole
     assert run_json("sweep", file, "--out", out)["completed"] == 0
     assert [record["command"][-1] for record in read_provenance(out)] == ["1/2", "--json"]
 

@@ -18,7 +18,7 @@ SIGNALS = [variable.name for variable in stored_variables("all") if variable.is_
 NOISY = (
     "pressure_1_sensor={order: second, bandwidth: 200 Hz, noise: 5 kPa, bias: 1 kPa, drift: 100 Pa/s,"
     " lowest: 0, highest: 250 bar, bits: 14}",
-    "velocity_sensor.noise=1 mm/s", "supply_sensor.noise=1 kPa",
+    "velocity_sensor={noise: 1 mm/s, order: first, bandwidth: 150 Hz}", "supply_sensor.noise=1 kPa",
     "measurement.jitter=20 µs",
 )  # fmt: skip
 
@@ -56,12 +56,6 @@ def test_every_measurable_signal_has_a_channel_and_every_channel_a_section():
     assert sorted(channel.section for channel in sensing.CHANNELS) == sorted(sections)
 
 
-def test_without_sensors_the_trajectory_itself_is_handed_on():
-    run = run_with("measurement.seed=7", "pressure_1_sensor.damping_ratio=0.5")
-    trajectory = simulate_batch([run], [0.0])
-    assert sensing.Measurement([run]).show(trajectory) is trajectory
-
-
 def test_what_happened_is_judged_and_what_is_measured_is_stored(varied):
     ideal = columns_of([run.with_defaults(request.SENSING) for run in VARIED], VARIED_LEAKS)
     features = {"detail_rms", "approximation_rms", "mean_chamber_1_pressure"}
@@ -85,21 +79,6 @@ def test_bits_do_not_depend_on_order_or_on_neighbours_of_which_one_fails(varied)
     np.testing.assert_array_equal(shuffled["chamber_1_pressure"][6:], happened)
 
 
-def test_runs_that_differ_in_leakage_or_seed_have_independent_noise():
-    noisy = [
-        run_with("pressure_1_sensor.noise=5 kPa", "pressure_2_sensor.noise=5 kPa", *others)
-        for others in ((), ("leakage.internal_coefficient=2e-9",), ("measurement.seed=1",))
-    ]
-    silence, time = np.zeros(1000), np.arange(1000) / 500.0
-    draws = [sensing.sensor_reading(sensing.CHANNELS[0], run, silence, time) for run in noisy]
-    draws.append(sensing.sensor_reading(sensing.CHANNELS[1], noisy[0], silence, time))
-    correlations = np.corrcoef(draws)[np.triu_indices(len(draws), 1)]
-    assert np.max(np.abs(correlations)) < 4.5 / np.sqrt(1000)
-    np.testing.assert_array_equal(
-        sensing.sensor_reading(sensing.CHANNELS[0], noisy[0], silence, time), draws[0]
-    )
-
-
 def test_one_clock_samples_all_channels():
     run = run_with("measurement.jitter=0.1 ms")
     happened, columns = simulate_batch([run], [0.0]), columns_of([run], [0.0])
@@ -117,21 +96,17 @@ def test_errors_come_before_the_range_and_the_range_before_the_levels():
     np.testing.assert_allclose(sensing.sensor_reading(sensing.CHANNELS[0], run, signal, time), levels)
 
 
-@pytest.mark.parametrize(
-    ("setting", "key"),
-    [
-        ("pressure_1_sensor.bits=12", "pressure_1_sensor"),
-        ("spool_sensor={lowest: 2 mm, highest: 1 mm}", "spool_sensor"),
-        ("voltage_sensor.order=first", "voltage_sensor"),
-        ("pressure_1_sensor.noise=-1 kPa", "pressure_1_sensor.noise"),
-        ("pressure_1_sensor.noise=1 mm", "pressure_1_sensor.noise"),
-        ("pressure_1_sensor={noise: 1 kPa, noise_density: 1 Pa/√Hz}", "pressure_1_sensor"),
-        ("spool_sensor={noise_bandwidth: 1 kHz, noise_density: 1 nm/√Hz}", "spool_sensor"),
-        ("measurement.anti_alias_order=3", "measurement.anti_alias_order"),
-        ("sweep.grid.pressure_1_sensor.nose=[1 kPa]", "pressure_1_sensor.nose"),
-        ("measurement.jitter=1 ms", "measurement.jitter"),
-    ],
-)
+@pytest.mark.parametrize(("setting", "key"), [
+    ("pressure_1_sensor.bits=12", "pressure_1_sensor"), ("voltage_sensor.order=first", "voltage_sensor"),
+    ("spool_sensor={lowest: 2 mm, highest: 1 mm}", "spool_sensor"),
+    ("pressure_1_sensor.noise=-1 kPa", "pressure_1_sensor.noise"),
+    ("pressure_1_sensor.noise=1 mm", "pressure_1_sensor.noise"),
+    ("pressure_1_sensor={noise: 1 kPa, noise_density: 1 Pa/√Hz}", "pressure_1_sensor"),
+    ("spool_sensor={noise_bandwidth: 1 kHz, noise_density: 1 nm/√Hz}", "spool_sensor"),
+    ("measurement.anti_alias_order=3", "measurement.anti_alias_order"),
+    ("sweep.grid.pressure_1_sensor.nose=[1 kPa]", "pressure_1_sensor.nose"),
+    ("measurement.jitter=1 ms", "measurement.jitter"),
+])  # fmt: skip
 def test_mistake_is_reported(setting, key):
     with pytest.raises(ConfigError, match=key):
         load_experiment(None, [setting])
@@ -139,13 +114,13 @@ def test_mistake_is_reported(setting, key):
 
 def test_quantities_have_the_unit_of_their_channel():
     sensor = load_experiment(None, ["position_sensor={noise: 5 µm, lowest: -20 cm, drift: 1 µm/min}"])
-    assert sensor.position_sensor.noise == 5e-6
-    assert sensor.position_sensor.lowest == -0.2
+    assert (sensor.position_sensor.noise, sensor.position_sensor.lowest) == (5e-6, -0.2)
     assert sensor.position_sensor.drift == pytest.approx(1e-6 / 60)
-    assert request.parameter_unit("pressure_2_sensor.lowest") == "Pa"
-    assert request.parameter_unit("velocity_sensor.noise_density") == "m/s/Hz^0.5"
-    assert request.parameter_unit("velocity_sensor.drift") == "m/s^2"
-    assert request.parameter_unit("voltage_sensor.bits") is None
+    for key, unit in (
+        ("pressure_2_sensor.lowest", "Pa"), ("velocity_sensor.noise_density", "m/s/Hz^0.5"),
+        ("velocity_sensor.drift", "m/s^2"), ("voltage_sensor.bits", None),
+    ):  # fmt: skip
+        assert request.parameter_unit(key) == unit
 
 
 SWEEP = """\
@@ -153,33 +128,22 @@ name: measured
 record: {duration: 2 s}
 pressure_1_sensor: {order: first, bandwidth: 150 Hz, noise: 5 kPa, lowest: 0, highest: 250 bar, bits: 12}
 measurement: {jitter: 20 µs}
-sweep:
-  grid:
-    leakage.internal_coefficient: [0, 1e-8]
-    measurement.seed: [0, 1]
+sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], measurement.seed: [0, 1]}}
 """
 
 
-@pytest.fixture(scope="module")
-def measured(tmp_path_factory):
-    return sweep_in(tmp_path_factory.mktemp("one"), SWEEP)
-
-
-def test_simulate_gives_the_bits_of_the_sweep(measured, tmp_path):
+def test_replicates_of_a_sweep_differ_in_what_is_measured_alone_and_simulate_gives_their_bits(tmp_path):
+    measured = sweep_in(tmp_path, SWEEP)
     alone = ("--set", "leakage.internal_coefficient=1e-8", "--set", "measurement.seed=1")
     run_id = run_json("simulate", measured.config, *alone, "--out", "run.h5", cwd=tmp_path)["run_id"]
+    happened = ("energy_residual", "chamber_1_pressure_max", "internal_leakage_flow", "verdict")
+    shown = ("detail_rms", "chamber_1_pressure", "chamber_2_pressure", "piston_velocity", "input_voltage")
     with h5py.File(measured.file) as swept, h5py.File(tmp_path / "run.h5") as file:
-        row = [*swept["run_id"].asstr()[:]].index(run_id)
-        for name in ("detail_rms", "chamber_1_pressure", "chamber_2_pressure", "piston_velocity",
-                     "input_voltage"):  # fmt: skip
-            np.testing.assert_array_equal(np.atleast_2d(file[name][:])[0], swept[name][row], err_msg=name)
-
-
-def test_replicates_differ_in_what_is_measured_and_agree_in_what_happened(measured):
-    with h5py.File(measured.file) as file:
-        leaks, seeds = file["internal_leakage_coefficient"][:], file["measurement_seed"][:]
         for leak in (0.0, 1e-8):
-            first, second = (np.flatnonzero((leaks == leak) & (seeds == seed))[0] for seed in (0, 1))
-            assert not np.array_equal(file["detail_rms"][first], file["detail_rms"][second])
-            for name in ("energy_residual", "chamber_1_pressure_max", "internal_leakage_flow", "verdict"):
-                np.testing.assert_array_equal(file[name][first], file[name][second])
+            first, second = np.flatnonzero(swept["internal_leakage_coefficient"][:] == leak)
+            assert not np.array_equal(swept["detail_rms"][first], swept["detail_rms"][second])
+            for name in happened:
+                np.testing.assert_array_equal(swept[name][first], swept[name][second])
+        row = [*swept["run_id"].asstr()[:]].index(run_id)
+        for name in shown:
+            np.testing.assert_array_equal(np.atleast_2d(file[name][:])[0], swept[name][row], err_msg=name)

@@ -57,16 +57,11 @@ def test_spread_over_repeats_covers_the_stated_variance():
     assert known[0] == pytest.approx(20.0**2 * 100.0 * (np.pi / 8) / np.sin(np.pi / 8))
 
 
-@pytest.mark.parametrize(
-    ("settings", "variance"),
-    [
-        (["noise=3 Pa"], 9.0),
-        (["noise_density=2 Pa/√Hz"], 4.0 * 250.0),
-        (["noise=3 Pa", "noise_bandwidth=100 Hz"], 9.0 / 100.0 * 250.0),
-        (["noise=3 Pa", "noise_bandwidth=10 kHz"], 9.0),
-        ([], 0.0),
-    ],
-)
+@pytest.mark.parametrize(("settings", "variance"), [
+    (["noise=3 Pa"], 9.0), (["noise_density=2 Pa/√Hz"], 4.0 * 250.0),
+    (["noise=3 Pa", "noise_bandwidth=100 Hz"], 9.0 / 100.0 * 250.0),
+    (["noise=3 Pa", "noise_bandwidth=10 kHz"], 9.0), ([], 0.0),
+])  # fmt: skip
 def test_without_a_filter_noise_is_white_with_the_stated_variance(settings, variance):
     found = autocovariance_of(*(f"pressure_1_sensor.{setting}" for setting in settings))
     assert found == (pytest.approx(variance),)

@@ -2,15 +2,11 @@
 
 import h5py
 import numpy as np
-import pytest
 import yaml
 
 import hydrofdi
 from hydrofdi.api.sources import open_records
-from hydrofdi.config import load_experiment
-from hydrofdi.config.plausibility import idle_parameters
 from hydrofdi.records import Channel
-from hydrofdi.store import names
 from tests.conftest import sweep_in
 from tests.machines import RIG, sections_of
 
@@ -43,38 +39,16 @@ def test_record_has_the_stated_temperature_with_rise_and_drift_and_its_other_sig
         np.testing.assert_array_equal(plain[name], warm[name], err_msg=name)
 
 
-def test_files_of_runs_without_a_stated_temperature_do_not_contain_it(small_sweep):
-    with h5py.File(small_sweep.file) as file:
-        assert "valve_supply_pressure" in file
-        assert names.OIL_TEMPERATURE not in file
-    (batch,) = open_records(small_sweep.directory)[0].batches()
-    assert Channel.OIL_TEMPERATURE not in batch.channels
-    assert not any(batch.remarks)
-
-
-@pytest.fixture(scope="module")
-def sweep(tmp_path_factory):
-    return sweep_in(tmp_path_factory.mktemp("warm"), SWEEP)
-
-
-def test_stored_temperatures_are_those_of_records_that_are_simulated_again(sweep):
+def test_stored_temperatures_are_those_of_records_that_are_simulated_again_as_the_sensor_shows_them(tmp_path):
+    sweep = sweep_in(tmp_path, SWEEP)
     stored, again = (next(open_records(each)[0].batches()) for each in (sweep.directory, sweep.config))
     np.testing.assert_array_equal(stored[Channel.OIL_TEMPERATURE], again[Channel.OIL_TEMPERATURE])
     first = next(iter(hydrofdi.replay(sweep.directory)))
     part = stored[Channel.OIL_TEMPERATURE][0, : len(first.time)]
     np.testing.assert_array_equal(first.channels[Channel.OIL_TEMPERATURE], part)
-
-
-def test_indicators_measure_the_temperature_that_the_sensor_shows(sweep):
     with h5py.File(sweep.file) as file:
         np.testing.assert_allclose(file["warmth.mean"], [323.65, 324.65], atol=0.02)
         np.testing.assert_allclose(file["warmth.standard_deviation"], [0.1, 12**-0.5 * 2.0], rtol=0.05)
-
-
-def test_sensor_without_a_stated_temperature_is_said_to_have_no_effect():
-    experiment = load_experiment(None, ["temperature_sensor.noise=0.1 K"])
-    assert [text.partition(" ")[0] for text in idle_parameters(experiment)] == ["temperature_sensor.noise"]
-    assert experiment.is_shown_exactly("temperature_sensor")
 
 
 MACHINE = {

@@ -1,13 +1,8 @@
 """Records of a folder, their locks, and reading in parts."""
 
-import os
 import shutil
-import subprocess
-import sys
-from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+import tracemalloc
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import h5py
@@ -18,11 +13,12 @@ from hydrofdi.config import load_experiment
 from hydrofdi.errors import StoreError
 from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.indicators import make_indicators, measure
-from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records import Channel, RecordSource
 from hydrofdi.store import experiment_data as records
 from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import file_lock
 from hydrofdi.store.results import read_results
+from tests.commands import run
 from tests.conftest import sweep_in
 
 MUSEUM = Path(__file__).parent.parent / "museum" / "format_4_physics_3"
@@ -30,15 +26,6 @@ MUSEUM = Path(__file__).parent.parent / "museum" / "format_4_physics_3"
 
 def stored(place: Path, **options: Any) -> StoredRecords:
     return StoredRecords(read_results(place), str(place), **options)
-
-
-def all_of(source: RecordSource, channel: Channel = Channel.CHAMBER_1_PRESSURE) -> dict[str, np.ndarray]:
-    """Record → samples of a channel."""
-    return {
-        record_id: samples
-        for batch in source.batches()
-        for record_id, samples in zip(batch.record_ids, batch[channel], strict=True)
-    }
 
 
 @pytest.mark.parametrize("name", ["pressures.h5", "run.h5"])
@@ -50,55 +37,28 @@ def test_a_museum_file_measures_what_its_version_stored(name: str) -> None:
         np.testing.assert_array_equal(values[f"dwt.d{level}"], rms)
 
 
-@pytest.fixture
-def sources(small_sweep: SimpleNamespace, tmp_path: Path) -> Callable[..., list[RecordSource]]:
-    """The same records from an experiment file, from shards, and simulated; with options of each."""
+def test_file_shards_and_simulation_give_the_same_records_of_the_channels_asked_for(
+    small_sweep, tmp_path
+) -> None:
     folder = tmp_path / "small"
     shutil.copytree(small_sweep.directory, folder)
     (folder / small_sweep.file.name).unlink()
+    experiment = load_experiment(small_sweep.config)
 
-    def made(**options: Any) -> list[RecordSource]:
-        simulated = SimulatedRecords(load_experiment(small_sweep.config), "small", **options)
-        return [stored(small_sweep.file, **options), stored(folder, **options), simulated]
+    def sources(**options: Any) -> list[RecordSource]:
+        stored_ones = [stored(place, **options) for place in (small_sweep.file, folder)]
+        return [*stored_ones, SimulatedRecords(experiment, "small", **options)]
 
-    return made
-
-
-def test_file_shards_and_simulation_give_the_same_records_and_nothing_of_their_parameters(sources) -> None:
-    file, *others = sources()
-    for channel in (Channel.CHAMBER_1_PRESSURE, Channel.SUPPLY_PRESSURE, Channel.INPUT_VOLTAGE):
-        for other in others:
-            one, same = all_of(file, channel), all_of(other, channel)
-            assert list(one) == list(same)
-            np.testing.assert_array_equal(list(one.values()), list(same.values()))
-    for source in (file, *others):
-        (batch,) = source.batches()
-        assert batch.labels is None
-        kinds = {type(part) for part in reachable(batch)}
-        assert kinds <= {RecordBatch, dict, tuple, frozenset, Channel, np.ndarray, str, float, type(None)}
-        (batch,) = source.batches(labels=True)
-        assert batch.labels[0] == "sealed, 551 MPa"
-        assert batch.labels[2] == "K_i 1e-08 m³/s/√Pa, 551 MPa"
-
-
-def reachable(thing: Any) -> list[Any]:
-    """Everything that can be got at from a batch."""
-    inner: list[Any] = []
-    if is_dataclass(thing):
-        inner = [getattr(thing, field.name) for field in fields(thing)]
-    elif isinstance(thing, dict):
-        inner = [*thing, *thing.values()]
-    elif isinstance(thing, tuple | list | frozenset):
-        inner = list(thing)
-    elif isinstance(thing, np.ndarray):
-        inner = [thing.base]
-    return [thing, *(part for content in inner for part in reachable(content))]
-
-
-def test_only_the_channels_asked_for_are_read(sources) -> None:
+    first, *others = (next(source.batches(labels=True)) for source in sources())
+    assert (first.labels[0], first.labels[2]) == ("sealed, 551 MPa", "K_i 1e-08 m³/s/√Pa, 551 MPa")
+    for other in others:
+        assert (other.record_ids, other.labels) == (first.record_ids, first.labels)
+        for channel in (Channel.CHAMBER_1_PRESSURE, Channel.SUPPLY_PRESSURE, Channel.INPUT_VOLTAGE):
+            np.testing.assert_array_equal(other[channel], first[channel])
     for source in sources(channels={Channel.PISTON_POSITION, Channel.RETURN_PRESSURE}):
         (batch,) = source.batches()
         assert batch.channels.keys() == {Channel.PISTON_POSITION}
+        assert batch.labels is None
 
 
 TWO_DRIVES = """\
@@ -154,51 +114,25 @@ def test_a_lock_neither_follows_links_nor_empties_what_is_no_lock(content, is_li
     assert victim.read_text() == content
 
 
-MEASURED = """
-import re, sys
-from hydrofdi.cli.app import main
-try:
-    main()
-except SystemExit as end:
-    peak = re.search(r"VmHWM:\\s*(\\d+) kB", open("/proc/self/status").read())[1]
-    sys.stderr.write(f"\\n{end.code} {peak}\\n")
-"""
-"""Prints the exit code, and the peak of the resident memory in kB; ``ru_maxrss`` would count the parent's."""
-
-
-def repeated(path: Path, n_run: int) -> Path:
-    """An experiment file with the runs of another, again and again, each with an identity of its own."""
-    with h5py.File(MUSEUM / "pressures.h5") as source, h5py.File(path, "w") as target:
+def test_memory_does_not_grow_with_the_records(tmp_path: Path) -> None:
+    """The runs of a file again and again, each with an identity of its own; 80 MB of chamber-1 pressures."""
+    n_run = 20_000
+    with h5py.File(MUSEUM / "pressures.h5") as source, h5py.File(tmp_path / "many.h5", "w") as target:
         target.attrs.update(source.attrs)
         for name, held in source.items():
-            rows = held.shape[0]
             if name in ("run_id", "record_id"):
                 target.create_dataset(name, data=[f"{row:016x}" for row in range(n_run)])
             elif name in ("time", "level"):
                 target.create_dataset(name, data=held[:])
             elif name != "chamber_2_pressure":
                 many = target.create_dataset(name, (n_run, *held.shape[1:]), held.dtype)
-                block = np.concatenate([held[:]] * (1000 // rows))
+                block = np.concatenate([held[:]] * (1000 // len(held)))
                 for first in range(0, n_run, len(block)):
                     many[first : first + len(block)] = block[: n_run - first]
-    return path
-
-
-def measured(file: Path, out: Path) -> int:
-    """Measure in a process of its own; the peak of its resident memory [MB]."""
-    command = [sys.executable, "-c", MEASURED, "measure", str(file), "--out", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=1200, env=os.environ)
-    code, peak = done.stderr.splitlines()[-1].split()
-    assert code == "0", done.stderr
-    return int(peak) // 1024
-
-
-def test_memory_does_not_grow_with_the_records(tmp_path: Path) -> None:
-    few, more = (
-        measured(repeated(tmp_path / f"{n_run}.h5", n_run), tmp_path / f"{n_run}.csv")
-        for n_run in (1000, 20_000)
-    )
-    assert more < 500
-    assert more - few < 40  # the chamber-1 pressures of the larger source alone are 80 MB
-    with open(tmp_path / "20000.csv", encoding="utf-8") as lines:
-        assert sum(1 for _ in lines) == 20_001
+    tracemalloc.start()
+    run("measure", tmp_path / "many.h5", "--out", tmp_path / "many.csv", check=0)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 60e6
+    with open(tmp_path / "many.csv", encoding="utf-8") as lines:
+        assert sum(1 for _ in lines) == n_run + 1

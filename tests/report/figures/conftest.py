@@ -1,7 +1,5 @@
 """Small experiments of every kind, swept once."""
 
-from types import SimpleNamespace
-
 import pytest
 
 from hydrofdi.papers import make_report
@@ -34,19 +32,11 @@ sweep:
 @pytest.fixture(scope="session")
 def reports(tmp_path_factory):
     """Reports by name."""
-
-    def read(sweep: SimpleNamespace):
-        return make_report(read_results(sweep.directory))
-
-    def made(text):
-        return read(sweep_in(tmp_path_factory.mktemp("figures"), text))
-
-    def ready(name):
-        return read(swept(tmp_path_factory.mktemp("figures"), REPOSITORY / "configs" / f"{name}.yaml"))
-
-    return {
-        "modes": made(MODES),
-        "many": made(MANY),
-        "study": ready("detectability-smoke"),
-        "delays": ready("delays/smoke"),
+    folders = {name: tmp_path_factory.mktemp(name) for name in ("modes", "many", "study", "delays")}
+    sweeps = {
+        "modes": sweep_in(folders["modes"], MODES),
+        "many": sweep_in(folders["many"], MANY),
+        "study": swept(folders["study"], REPOSITORY / "configs" / "detectability-smoke.yaml"),
+        "delays": swept(folders["delays"], REPOSITORY / "configs" / "delays" / "smoke.yaml"),
     }
+    return {name: make_report(read_results(sweep.directory)) for name, sweep in sweeps.items()}

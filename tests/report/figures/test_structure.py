@@ -1,16 +1,10 @@
-"""What figures show, compared by structure with ``golden/``. HYDROFDI_WRITE_GOLDEN=1 writes that anew."""
-
-import json
-import os
-from pathlib import Path
+"""What figures show, compared by structure."""
 
 import matplotlib
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 
-import hydrofdi
-from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.report.figures import (
     COLORS,
     LINES,
@@ -21,28 +15,17 @@ from hydrofdi.report.figures import (
     figure_bytes,
     series,
 )
-from hydrofdi.report.figures.signals import draw_record
-
-GOLDEN = Path(__file__).parent / "golden"
+from tests.report.rows import check_golden
 
 COMPARED = [
-    ("modes", "sensitivity"),
-    ("many", "responses"),
-    ("study", "answer"),
-    ("study", "ranking"),
-    ("study", "pod"),
-    ("delays", "delays"),
-]
+    ("modes", "sensitivity"), ("many", "responses"), ("study", "answer"), ("study", "ranking"),
+    ("study", "pod"), ("delays", "delays"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("experiment", "name"), COMPARED)
 def test_a_figure_shows_what_it_did(reports, experiment, name):
-    found = structure(draw_figure(reports[experiment], name))
-    golden = GOLDEN / f"{experiment}-{name}.json"
-    if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
-        GOLDEN.mkdir(exist_ok=True)
-        golden.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    assert found == json.loads(golden.read_text(encoding="utf-8"))
+    check_golden(f"{experiment}-{name}.txt", structure(draw_figure(reports[experiment], name)))
 
 
 def test_every_figure_can_be_drawn_and_saved(reports):
@@ -53,43 +36,13 @@ def test_every_figure_can_be_drawn_and_saved(reports):
         assert figure_bytes(drawn[name], "svg"), holes
 
 
-DPI = 100
-
-
-def drawn(figure):
-    """The figure, laid out as it is saved."""
-    figure.dpi = DPI
+def structure(figure):
+    """Axes with titles, labels, ticks, series and cells, legends, and texts, laid out as it is saved."""
+    figure.dpi = 100
     with matplotlib.rc_context(SETTINGS):
         FigureCanvasAgg(figure).draw()
-    return figure
-
-
-def tick_labels(axis):
-    """Labels of ticks that stand within the axis and are shown."""
-    if not (axis.get_visible() and axis.axes.get_visible()):
-        return []
-    ends = sorted(axis.get_view_interval())
-    margin = 1e-9 * (ends[1] - ends[0])
-    ticks = [
-        tick for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]
-        if ends[0] - margin <= tick.get_loc() <= ends[1] + margin
-    ]  # fmt: skip
-    labels = [
-        label
-        for tick in sorted(ticks, key=lambda tick: tick.get_loc())
-        for label in (tick.label1, tick.label2)
-    ]
-    return [label for label in labels if label.get_visible() and label.get_text().strip()]
-
-
-def structure(figure):
-    """Axes with titles, labels, ticks, series and cells, legends, and the texts of the figure."""
-    drawn(figure)
-    return {
-        "legends": [legend_texts(legend) for legend in figure.legends],
-        "texts": sorted(text.get_text() for text in figure.texts),
-        "axes": [axes_structure(axis) for axis in figure.axes],
-    }
+    texts = [legend_texts(legend) for legend in figure.legends] + [text.get_text() for text in figure.texts]
+    return texts + [axes_structure(axis) for axis in figure.axes]
 
 
 def axes_structure(axis):
@@ -102,7 +55,7 @@ def axes_structure(axis):
         "lines": len(axis.lines),
         "bars": len(axis.patches),
         "bands": len(axis.collections),
-        "cells": [list(image.get_array().shape) for image in axis.images],
+        "cells": [image.get_array().shape for image in axis.images],
         "texts": [] if axis.images else [text.get_text() for text in axis.texts],
         "legend": legend_texts(legend) if legend else [],
     }
@@ -110,17 +63,22 @@ def axes_structure(axis):
 
 
 def axis_structure(axis):
-    labels = [label.get_text() for label in tick_labels(axis)]
-    return {"label": axis.get_label().get_text(), "scale": axis.get_scale(), "ticks": labels}
+    """Label, scale, and the labels of ticks that stand within the axis and are shown."""
+    low, high = sorted(axis.get_view_interval())
+    margin, shown = 1e-9 * (high - low), axis.get_visible() and axis.axes.get_visible()
+    ticks = [tick for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()] if shown]
+    inside = [tick for tick in ticks if low - margin <= tick.get_loc() <= high + margin]
+    labels = [
+        label.get_text()
+        for tick in sorted(inside, key=lambda tick: tick.get_loc())
+        for label in (tick.label1, tick.label2)
+        if label.get_visible() and label.get_text().strip()
+    ]
+    return axis.get_label().get_text(), axis.get_scale(), " ".join(labels)
 
 
 def line_structure(line):
-    return {
-        "name": line.get_label(),
-        "color": to_hex(line.get_color()),
-        "marker": str(line.get_marker()),
-        "points": len(line.get_xdata()),
-    }
+    return line.get_label(), to_hex(line.get_color()), str(line.get_marker()), len(line.get_xdata())
 
 
 def legend_texts(legend):
@@ -131,13 +89,3 @@ def test_eight_series_differ_in_colour_in_line_and_in_marker():
     assert [len({str(each) for each in looks}) for looks in (COLORS, LINES, MARKERS)] == [8, 8, 8]
     many = [series(place, 12) for place in range(12)]
     assert len({(str(each["color"]), str(each["linestyle"])) for each in many}) == 12
-
-
-def test_runs_and_records_can_be_drawn():
-    run = hydrofdi.simulate({"record": {"duration": "4 s"}, "control": {"law": "pi"}})
-    assert figure_bytes(run.plot(), "png")
-    dataset = hydrofdi.simulate(duration="4 s").to_xarray()
-    names = ("chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage")
-    channels = {Channel(name): dataset[name].values[None, :] for name in names}
-    record = RecordBatch(channels, 500.0, ("made",))
-    assert figure_bytes(draw_record(record), "png")

@@ -33,9 +33,9 @@ from typing import IO, Any
 import numpy as np
 
 from benchmarks.monitor import FREQUENCY, N_SAMPLE, WINDOW, Healthy, signals
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.file import Made, detector_text
-from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import detector_text
 from hydrofdi.monitor.configuration import load_fleet_config
 from hydrofdi.records import Array, Channel
 
@@ -220,7 +220,7 @@ def main() -> None:
     given = options.parse_args()
     stated = {"indicator": given.indicator, "direction": "both", "false_alarm_rate": "2 %", "accept": True}
     config = DetectorConfig.model_validate({**stated, "chart": None})
-    file = train(Healthy(), config, ["benchmark"], Made(hydrofdi="", time=""))
+    file = Detector.fit(Healthy(), config).file
     later = given.block / FREQUENCY if given.together else WINDOW
     load = Load(given.machines, blocks(file.channels, given.block), given.seconds, later)
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as name:

@@ -19,12 +19,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.file import DetectorFile, Made
-from hydrofdi.detectors.trained.lines import Line, WindowLine
-from hydrofdi.detectors.trained.scoring import windows_along
-from hydrofdi.detectors.trained.training import train
-from hydrofdi.detectors.trained.verdicts import records_of
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import DetectorFile
+from hydrofdi.detectors.lines import Line, WindowLine
+from hydrofdi.detectors.training import windows_along
+from hydrofdi.detectors.verdicts import records_of
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
@@ -191,7 +191,7 @@ def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
     settings = {"direction": "both", "false_alarm_rate": "2 %", "chart": None, "accept": True}
     config = DetectorConfig.model_validate({"indicator": name, **settings})
     try:
-        file = train(Healthy(), config, ["benchmark"], Made(hydrofdi="", time=""))
+        file = Detector.fit(Healthy(), config).file
     except HydrofdiError as refusal:
         print(f"{name:22} {refusal}")
         return None

@@ -16,7 +16,7 @@ import numpy as np
 
 from hydrofdi.config import load_experiment
 from hydrofdi.config.runs import study_roles
-from hydrofdi.detectors.trained.verdicts import channel_facts, findings, learned_range
+from hydrofdi.detectors.verdicts import channel_facts, findings, learned_range
 from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.records import Channel
 

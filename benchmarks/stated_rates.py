@@ -15,9 +15,8 @@ from functools import partial
 import numpy as np
 from scipy.stats import norm
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.detector import Detector
 from tests.detectors.trained.healthy import Records, autoregressive, grouped
 
 Draw = Callable[[np.random.Generator], np.ndarray]
@@ -55,7 +54,7 @@ def _share(draw: Draw, n_group: int, rate: float, repeats: int) -> tuple[str, st
     held, rates, ends = 0, [], []
     for seed in range(repeats):
         records = Records(draw(np.random.default_rng(seed)), groups)
-        limits = train(records, config, ["made"], Made(hydrofdi="", time="")).limits
+        limits = Detector.fit(records, config).file.limits
         rates.append(float(norm.sf(limits.high)))
         ends.append(limits.interval[1])
         held += limits.interval[0] <= rates[-1] <= limits.interval[1]

@@ -23,8 +23,8 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.loading import PARAMETER_MAPPINGS
 from hydrofdi.config.request import SYMBOLS, full_names, parameter_names, parameter_unit
 from hydrofdi.config.sweep import SweepConfig
+from hydrofdi.detectors.file import DetectorFile
 from hydrofdi.detectors.rules import chart_kind, chart_names, score_kind, score_names
-from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.indicators.registry import LABEL_PATTERN, TAKEN
 from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.records.description import MeasuredConfig

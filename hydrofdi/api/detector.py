@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
-from datetime import UTC, datetime
 from html import escape
 from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, Self, TextIO
+
+import numpy as np
 
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors.trained import configuration
-from hydrofdi.detectors.trained.detector import Detector as TrainedDetector
-from hydrofdi.detectors.trained.detector import Tally, judged_windows
-from hydrofdi.detectors.trained.file import DetectorFile, Made, detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.promise import alarms_per_hour, promise_text, sentences
-from hydrofdi.detectors.trained.windows import watched, windows_table
-from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.detectors import configuration
+from hydrofdi.detectors.detector import Detector as TrainedDetector
+from hydrofdi.detectors.file import DetectorFile, detector_text, is_detector, load_detector
+from hydrofdi.detectors.lines import Line, line_record
+from hydrofdi.detectors.promise import alarms_per_hour, promise_text, sentences
+from hydrofdi.detectors.windows import Tally, judged_windows
+from hydrofdi.errors import ConfigError, DataError, StoreError
+from hydrofdi.evaluation.rates import FEWEST_GROUPS
+from hydrofdi.indicators.measuring import used_channels
 from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel
+from hydrofdi.records.columns import RejectionError
+from hydrofdi.records.memory import held, records_of
+from hydrofdi.records.recording import samples_of
+from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.arguments import Names, Texts, names_of, path_of, refusal
 from hydrofdi.settings.files import located, plain
-from hydrofdi.settings.messages import percent
+from hydrofdi.settings.messages import counted, percent
 from hydrofdi.store.files import require_regular, write_whole_text
 from hydrofdi.studies.healthy import HealthyRecords, LeftOut, analysed_batches, experiment_of
 from hydrofdi.tables.table import Table
-from hydrofdi.version import __version__
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.loop import Ending
@@ -37,18 +44,19 @@ if TYPE_CHECKING:
 class Detector(TrainedDetector):
     """A trained detector, which judges records and streams window by window.
 
-    `hydrofdi.train` makes one; `Detector.load` reads the file of one.
+    `fit` makes one of healthy records, which `hydrofdi.train` opens; `load` reads the file of one. `score`
+    judges windows; `start` and `step` lead through the samples of a stream.
 
     Attributes
     ----------
     file : DetectorFile
         Indicator, limits and what its promise rests on, in SI.
+    path : Path or None
+        Its file; None if it is not saved.
     left_out : LeftOut
         Records that its training left out.
     is_unlabelled : bool
         Whether all records were taken as healthy because no source says which are.
-    path : Path or None
-        Its file; None if it is not saved.
 
     Examples
     --------
@@ -65,25 +73,17 @@ class Detector(TrainedDetector):
     [True]
     """
 
-    def __init__(
-        self,
-        file: DetectorFile,
-        path: Path | None = None,
-        left_out: LeftOut | None = None,
-        *,
-        is_unlabelled: bool = False,
-    ) -> None:
+    def __init__(self, file: DetectorFile, path: Path | None = None) -> None:
         if not isinstance(file, DetectorFile):
             raise ConfigError(
                 f"Detector: hydrofdi.Detector.load({file!r}) reads a detector file; hydrofdi.train(…) trains"
                 " a detector"
             )
-        super().__init__(file)
-        self.path = path
-        self.left_out, self.is_unlabelled = left_out or LeftOut(), is_unlabelled
+        super().__init__(file, path)
+        self.left_out, self.is_unlabelled = LeftOut(), False
 
     @classmethod
-    def load(cls, path: str | PathLike[str]) -> Detector:
+    def load(cls, path: str | PathLike[str]) -> Self:
         """The detector in a file that ``hydrofdi train`` or `save` wrote.
 
         Raises
@@ -161,7 +161,7 @@ class Detector(TrainedDetector):
             An argument is invalid, or the records cannot be read.
         """
         windows = self.windows(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)
-        return windows_table(self.file, [*windows])
+        return windows.table([*windows])
 
     def windows(
         self,
@@ -233,7 +233,16 @@ class Detector(TrainedDetector):
         """
         if not isinstance(chunks, Iterable):
             raise refusal("chunks", "chunks of samples, one after another", chunks)
-        return watched(self, chunks, Described(sampling_frequency).frequency, channel, unit)
+        frequency = Described(sampling_frequency).frequency or self.file.sampling_frequency
+
+        def lines() -> Iterator[Line]:
+            state = self.start()
+            for chunk in _chunks(chunks, frequency, channel, unit):
+                state, some = self.step(state, chunk)
+                yield from some
+            yield from self.end(state)[1]
+
+        return (line_record(line, self.file.unit) for line in lines())
 
     def monitor(
         self,
@@ -323,6 +332,30 @@ class Detector(TrainedDetector):
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(self.summary)}</pre>"
+
+
+def _chunks(chunks: Iterable[Any], frequency: float, channel: Names, unit: Names) -> Iterator[Chunk]:
+    """Chunks with their instants; those without any follow each other."""
+    n_before = 0
+    for each in chunks:
+        if isinstance(each, Chunk):
+            yield each
+            continue
+        samples = held(each)
+        source = records_of(samples, frequency if samples.time is None else None, channel, unit)
+        if (n_record := len(source.table.record_ids)) > 1:
+            raise DataError(f"{source.name}: has {counted(n_record, 'record')}; a chunk of a stream has one")
+        try:
+            _, channels, times, since = samples_of(source.table.row(0), source.config)
+        except RejectionError as rejection:
+            raise DataError(f"{source.name}: {rejection.remark.message}") from None
+        n_time = next(iter(channels.values())).size
+        if times is None:
+            times = (n_before + np.arange(n_time)) / frequency
+        elif not math.isnan(since):
+            times = times + since
+        yield Chunk(times, channels)
+        n_before += n_time
 
 
 def require_place(out: Path) -> None:
@@ -442,20 +475,11 @@ def train(
     Traceback (most recent call last):
     hydrofdi.errors.NotStatedError: ... needs 99 healthy windows ...
     """
-    from hydrofdi.detectors.trained.configuration import (
-        config_of,
-        options_of_machine,
-        require_same_score,
-        setting_keys,
-    )
-    from hydrofdi.detectors.trained.file import fleet_at
-    from hydrofdi.detectors.trained.training import train as train_on
-
     is_name = isinstance(indicator, str) and not located(path_of(indicator)).is_file()
     if indicator is not None and config is None and not is_name:
-        config, indicator = config_of(indicator), None
-    keys, given = setting_keys(), {"indicator": indicator} | settings
-    stored = None
+        config, indicator = configuration.config_of(indicator), None
+    keys, given = configuration.setting_keys(), {"indicator": indicator} | settings
+    stored = of_fleet = None
     if best:
         if config is not None or indicator is not None:
             raise ConfigError("best: the study chooses the indicators and the score; give neither")
@@ -465,14 +489,18 @@ def train(
         config = winner_settings(stored, names_of("sensors", sensors, "symbols of sensors"))
     elif sensors:
         raise ConfigError("sensors: is for best, the winner of a study")
-    of_fleet = None
     if fleet is not None:
         if best or config is not None or indicator is not None:
             raise ConfigError("fleet: its file has the indicator and the settings; give no others")
-        of_fleet = fleet_at(path_of(fleet))
-        settings_of = of_fleet.config.model_dump(mode="json")
+        of_fleet = Detector.load(fleet)
+        if of_fleet.file.fleet is None:
+            raise ConfigError(
+                f"{of_fleet.path}: is not a fleet: it needs {FEWEST_GROUPS} healthy machines or more, each a"
+                " group or a record with two windows or more"
+            )
+        settings_of = of_fleet.file.config.model_dump(mode="json")
         config = {key: value for key, value in settings_of.items() if value} | {
-            "chart": None, "compensate": False, "accept": of_fleet.config.accept,
+            "chart": None, "compensate": False, "accept": of_fleet.file.config.accept,
         }  # fmt: skip
     stated = configuration.stated_detector(
         config if config is None or isinstance(config, Mapping) else path_of(config),
@@ -483,32 +511,35 @@ def train(
         },
     )
     if of_fleet is not None:
-        require_same_score(stated, of_fleet.config)
+        configuration.require_same_score(stated, of_fleet.file.config)
     if out is not None:
         require_place(path_of(out))
-    said = Described(sampling_frequency, channel, unit, label, group)
-    labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
     feature = configuration.feature_of(stated)
-    needed = feature.channels | feature.optional_channels | {stated.window.channel}
+    needed = used_channels(feature.indicators) | {stated.window.channel}
     needed |= set() if best else {Channel.OIL_TEMPERATURE}  # a winner is trained as the study judged it
     if stored is None:
-        sources = open_records(data, needed, said)
+        sources = open_records(data, needed, Described(sampling_frequency, channel, unit, label, group))
     else:
         from hydrofdi.execution.simulated import records_of_study
 
         sources = [records_of_study(stored, needed)]
     if of_fleet is not None:
         for source in sources:
-            of_fleet.require_machine(source.data_sheet, source.name)
-    machine = of_machine(feature.indicators, sources)
-    records, stated = HealthyRecords(sources, labels), options_of_machine(stated, machine)
-    made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
+            of_fleet.file.require_machine(source.data_sheet, source.name)
+    records = HealthyRecords(sources, tuple(names_of("healthy", healthy, "labels of healthy records")))
     faulty = replace(records, is_faulty=True)
-    names, fleet_name = [source.name for source in sources], "" if fleet is None else path_of(fleet).name
-    is_measured = all(experiment_of(each) is None for each in sources)
-    file = train_on(records, stated, names, made, faulty, of_fleet, fleet_name, is_measured)
-    records.left_out.n_leaking -= faulty.n_taken if file.score and file.score.n_faulty else 0
-    detector = Detector(file, left_out=records.left_out, is_unlabelled=records.is_unlabelled)
+    detector = Detector.fit(
+        records,
+        configuration.options_of_machine(stated, of_machine(feature.indicators, sources)),
+        sources=[source.name for source in sources],
+        faulty=faulty,
+        fleet=of_fleet,
+        is_measured=all(experiment_of(each) is None for each in sources),
+        command=command,
+    )
+    detector.left_out, detector.is_unlabelled = records.left_out, records.is_unlabelled
+    if detector.file.score and detector.file.score.n_faulty:
+        detector.left_out.n_leaking -= faulty.n_taken
     if out is not None:
         detector.save(out)
     return detector

@@ -143,7 +143,7 @@ def trend(
 def _history_of_records(
     data: Any, indicator: Indicators, output: str, said: Described, accept: Callable[[str, bool], object]
 ) -> History:
-    from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+    from hydrofdi.detectors.configuration import DetectorConfig, feature_of
 
     sources = open_records(data, said=said)
     require_files(sources)

@@ -10,7 +10,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.api.sources import Described, open_records
-from hydrofdi.detectors.trained.file import is_detector
+from hydrofdi.detectors.file import is_detector
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.replaying import replayed
 from hydrofdi.monitor.replaying import sample_target as sample_target

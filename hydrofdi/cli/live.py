@@ -21,8 +21,9 @@ from hydrofdi.errors import ConfigError, interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.detectors.trained.detector import JudgedWindow, Tally
-    from hydrofdi.detectors.trained.file import DetectorFile
+    from hydrofdi.detectors.file import DetectorFile
+    from hydrofdi.detectors.lines import WindowLine
+    from hydrofdi.detectors.windows import Tally
 
 INTERRUPTED = 130
 
@@ -73,7 +74,7 @@ def train(
 def train_options() -> dict[str, Any]:
     """The options of `train` that follow from the configuration of a detector."""
     from hydrofdi.cli.options import options_of
-    from hydrofdi.detectors.trained.configuration import DetectorConfig, setting_keys
+    from hydrofdi.detectors.configuration import DetectorConfig, setting_keys
 
     return options_of(DetectorConfig, setting_keys())
 
@@ -92,12 +93,11 @@ def detect(
 
     Exit code 1 if a record has no window that is judged or novel, and on an alarm with --fail-on-alarm.
     """
-    from hydrofdi.detectors.trained.windows import csv_lines, json_parts
     from hydrofdi.tables.answer import Reply
 
     tally = hydrofdi.Detector.load(detector).windows(sources, **settings)
     if json or form != "table":
-        for text in (csv_lines if form == "csv" and not json else json_parts)(tally):
+        for text in tally.csv() if form == "csv" and not json else tally.json():
             write_out(text)
     else:
         answer(Reply({}, _windows(tally)))
@@ -107,16 +107,15 @@ def detect(
 
 def _windows(tally: Tally) -> Iterator[Any]:
     """The first windows, in order; of many, alarms first, then other scores beyond a limit."""
-    from hydrofdi.detectors.trained.windows import windows_table
 
-    def place(row: tuple[int, JudgedWindow]) -> tuple[bool, bool, int]:
+    def place(row: tuple[int, WindowLine]) -> tuple[bool, bool, int]:
         return not row[1].alarm, not row[1].verdict.is_beyond, row[0]
 
     shown = [
         window for _, window in sorted(nsmallest(_MOST_ROWS, enumerate(tally), place), key=itemgetter(0))
     ]
     n_row, n_alarm = tally.n_judged + tally.faults.total(), sum(bool(window.alarm) for window in shown)
-    yield windows_table(tally.file, shown)
+    yield tally.table(shown)
     if n_row > len(shown):
         alarms = f"{n_alarm} of {counted(tally.n_alarm, 'alarm')} among them" if n_alarm else "no alarm"
         yield f"… {len(shown)} of {counted(n_row, 'row')}, {alarms}; --format csv writes all"
@@ -145,7 +144,7 @@ def _told(tally: Tally) -> Iterator[str]:
         beyond = f"; {tally.n_beyond:,} of them with a score beyond the limit" if tally.n_beyond else ""
         yield f"not judged: {tally.faults.total():,} ({kinds}){beyond}"
     if tally.n_alarm:
-        yield tally.consequence.sentences
+        yield tally.consequence[0]
     if tally.n_doubtful:
         yield f"doubtful: {tally.n_doubtful:,} of {windows}, such as {tally.first_doubt}"
     for (_, record), reason in list(tally.unjudged.items())[:1]:

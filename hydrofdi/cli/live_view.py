@@ -12,9 +12,9 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
-from hydrofdi.detectors.trained.promise import promise_text
+from hydrofdi.detectors.file import DetectorFile
+from hydrofdi.detectors.lines import Condition, Line, WindowLine
+from hydrofdi.detectors.promise import promise_text
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.settings.messages import counted, plain, shown_quantity, time_text
 

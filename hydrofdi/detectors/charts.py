@@ -338,12 +338,11 @@ class FalseAlarms:
         *,
         groups: Sequence[str] | None = None,
         n_draw: int = 100,
-        seed: int = 0,
     ) -> None:
         self.chart = chart
         self.streams: Array = np.ascontiguousarray(streams, dtype=float)
         self.groups = members(groups, self.streams.shape[0])
-        self.n_draw, self.seed, self._n_search = n_draw, seed, max(1, n_draw // 10)
+        self.n_draw, self._n_search = n_draw, max(1, n_draw // 10)
         self.duration = int(np.sum(~np.isnan(self.streams))) * interval
         if len(self.groups) < FEWEST_GROUPS:
             raise NotStatedError(
@@ -432,14 +431,15 @@ class FalseAlarms:
 
     def _followed(self, n_draw: int, limit: float) -> Iterator[Iterator[Array]]:
         """Statistic of each resample, in chunks."""
-        return (self._along(drawn, limit) for drawn in operations(self.groups, n_draw, self.seed))
 
-    def _along(self, drawn: NDArray[np.intp], limit: float) -> Iterator[Array]:
-        state, n_joined = self.chart.start(1), max(1, CHUNK // self.streams.shape[1])
-        for first in range(0, drawn.size, n_joined):
-            joined = self.streams[drawn[first : first + n_joined]].reshape(1, -1)
-            state, statistic = self.chart.step(state, joined, limit)
-            yield statistic
+        def along(drawn: NDArray[np.intp]) -> Iterator[Array]:
+            state, n_joined = self.chart.start(1), max(1, CHUNK // self.streams.shape[1])
+            for first in range(0, drawn.size, n_joined):
+                joined = self.streams[drawn[first : first + n_joined]].reshape(1, -1)
+                state, statistic = self.chart.step(state, joined, limit)
+                yield statistic
+
+        return map(along, operations(self.groups, n_draw))
 
 
 def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp]]:
@@ -450,7 +450,7 @@ def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp
     return [np.flatnonzero(group_of == group) for group in range(int(group_of.max(initial=-1)) + 1)]
 
 
-def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterator[NDArray[np.intp]]:
+def operations(groups: list[NDArray[np.intp]], n_draw: int) -> Iterator[NDArray[np.intp]]:
     """Draw whole streams to be concatenated: block bootstrap with the streams of a group as blocks.
 
     Künsch, Annals of Statistics 17 (1989) 1217, with blocks given by records; balanced as in Davison, Hinkley
@@ -461,7 +461,7 @@ def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterat
     ndarray of int, shape (n_drawn,)
         Positions of streams; their number equals that of all streams if groups have equal size.
     """
-    order = np.random.default_rng(seed).permutation(np.tile(np.arange(len(groups)), n_draw))
+    order = np.random.default_rng(0).permutation(np.tile(np.arange(len(groups)), n_draw))
     for drawn in order.reshape(n_draw, len(groups)):
         yield np.concatenate([groups[group] for group in drawn])
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from hydrofdi.detectors.trained.file import load_detector
-from hydrofdi.detectors.trained.lines import Line
+from hydrofdi.detectors.file import load_detector
+from hydrofdi.detectors.lines import Line
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor.configuration import FleetConfig, Pattern
 from hydrofdi.monitor.machines import Machine, MachineKind, Outlets, Receiver

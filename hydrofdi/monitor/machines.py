@@ -11,9 +11,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, runtime_checkable
 
-from hydrofdi.detectors.trained.detector import NUMBER, Detector
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.lines import Line, WindowLine, is_said, line_record
+from hydrofdi.detectors.detector import NUMBER, Detector
+from hydrofdi.detectors.file import DetectorFile
+from hydrofdi.detectors.lines import Line, WindowLine, is_said, line_record
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig, topic_address
 from hydrofdi.monitor.sources import StreamSource, needing_extra

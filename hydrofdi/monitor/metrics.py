@@ -16,8 +16,8 @@ from prometheus_client.core import InfoMetricFamily as Info
 from prometheus_client.core import StateSetMetricFamily as StateSet
 from prometheus_client.registry import Collector
 
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.lines import Condition, Line, WindowLine
+from hydrofdi.detectors.file import DetectorFile
+from hydrofdi.detectors.lines import Condition, Line, WindowLine
 from hydrofdi.errors import ConfigError
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.records.times import FIRST_DATE

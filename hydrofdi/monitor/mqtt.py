@@ -17,7 +17,7 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
 
-from hydrofdi.detectors.trained.lines import Line, WindowLine
+from hydrofdi.detectors.lines import Line, WindowLine
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
 from hydrofdi.monitor.sources import Connection, credentials, exposed, network_reason, usable

@@ -16,9 +16,9 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.machine import flow_at_reference
 from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.charts import AlarmLimit, Chart, FalseAlarms, delays
+from hydrofdi.detectors.configuration import stated_indicators
 from hydrofdi.detectors.rules import CHANGE, Rules, make_chart
 from hydrofdi.detectors.scores.contract import healthy_scale
-from hydrofdi.detectors.trained.configuration import stated_indicators
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable

@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.file import detector_text, load_detector
-from hydrofdi.detectors.trained.lines import WindowLine, line_record
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import detector_text, load_detector
+from hydrofdi.detectors.lines import WindowLine, line_record
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.commands import run_hydrofdi

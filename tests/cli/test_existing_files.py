@@ -13,7 +13,7 @@ import typer.main
 
 import hydrofdi
 from hydrofdi.cli.app import application
-from hydrofdi.detectors.trained.configuration import setting_keys
+from hydrofdi.detectors.configuration import setting_keys
 from hydrofdi.tables.table import Column, Table
 from tests.commands import run, run_hydrofdi, run_json
 

@@ -9,9 +9,9 @@ from itertools import zip_longest
 from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.api.streams import monitor_fleet
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.file import detector_text
-from hydrofdi.detectors.trained.lines import is_said, line_record
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import detector_text
+from hydrofdi.detectors.lines import is_said, line_record
 from hydrofdi.monitor.mqtt import payload_of
 from hydrofdi.records.streams import Chunk
 from tests.monitor import streams

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.detectors.trained.lines import WindowLine
+from hydrofdi.detectors.lines import WindowLine
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import single_monitor
 from hydrofdi.monitor.machines import MachineKind

@@ -19,7 +19,7 @@ import pytest
 
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.api.streams import replay
-from hydrofdi.detectors.trained.file import load_detector
+from hydrofdi.detectors.file import load_detector
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import Ending

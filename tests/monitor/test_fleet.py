@@ -18,8 +18,8 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
 from hydrofdi.api.streams import monitor_fleet
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.file import detector_text
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import detector_text
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor import machines as machines_module
 from hydrofdi.monitor import topics

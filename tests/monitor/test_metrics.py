@@ -16,8 +16,8 @@ import yaml
 from prometheus_client.openmetrics.parser import text_string_to_metric_families as open_metrics
 from prometheus_client.parser import text_string_to_metric_families
 
-from hydrofdi.detectors.trained.lines import ChartReading, Condition, WindowLine
-from hydrofdi.detectors.trained.verdicts import Verdict
+from hydrofdi.detectors.lines import ChartReading, Condition, WindowLine
+from hydrofdi.detectors.verdicts import Verdict
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.monitor.metrics import MetricsServer
 from hydrofdi.records.streams import Chunk, Event, EventKind

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained.lines import Condition, WindowLine, line_record
-from hydrofdi.detectors.trained.verdicts import Verdict
+from hydrofdi.detectors.lines import Condition, WindowLine, line_record
+from hydrofdi.detectors.verdicts import Verdict
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, MqttConfig, Pattern
 from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of

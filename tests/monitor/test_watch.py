@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from hydrofdi.cli.live_view import LiveView
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.lines import Condition, WindowLine, line_record
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.lines import Condition, WindowLine, line_record
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.detectors.trained.made import detector, window

@@ -24,7 +24,7 @@ class MahalanobisOptions(Section):
 
 
 @dataclass(frozen=True, eq=False)
-class SquaredDistance:
+class SquaredDistance(contract.Rule):
     """Squared distance from the mean after whitening."""
 
     white: contract.Whitening
@@ -65,7 +65,7 @@ class OneClassOptions(Section):
 
 
 @dataclass(frozen=True, eq=False)
-class Outside:
+class Outside(contract.Rule):
     """Distance from the boundary of a one-class support vector machine after whitening, positive outside.
 
     Attributes
@@ -196,7 +196,7 @@ class Logistic(contract.Score[LogisticOptions]):
 
 
 @dataclass(frozen=True, eq=False)
-class LargestFall:
+class LargestFall(contract.Rule):
     """Largest fall below `means`, shape (n_feature,), relative to them."""
 
     means: Array
@@ -239,7 +239,7 @@ RECORDS_PER_COEFFICIENT = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Residual:
+class Residual(contract.Rule):
     """Residual of the first feature, in its own unit.
 
     Attributes
@@ -324,7 +324,7 @@ class EitherOptions(Section):
 
 
 @dataclass(frozen=True, eq=False)
-class LargestResidual:
+class LargestResidual(contract.Rule):
     """Largest residual of some features, in the unit of the first.
 
     Attributes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass
 from typing import Any, ClassVar, TypeVar, cast, get_args, get_type_hints
@@ -18,9 +18,6 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 
 Flags = NDArray[np.bool_]
-
-Rule = Callable[[Array], Array]
-"""Finite features (n_record, n_feature) → scores (n_record,), computed per record."""
 
 Chosen = TypeVar("Chosen", bound=Section)
 
@@ -41,14 +38,12 @@ LEAST_RECORDS = 5
 """Minimum number of healthy scores, and of the fit records of most scores."""
 
 
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A trained score."""
+class Rule:
+    """A trained score, which computes the score of each record by itself."""
 
-    rule: Rule
-    n_feature: int
-    n_healthy: int
-    n_faulty: int
+    def __call__(self, values: Array) -> Array:
+        """Finite features, shape (n_record, n_feature) → scores, shape (n_record,)."""
+        raise NotImplementedError
 
     def score(self, values: ArrayLike) -> Array:
         """Scores of records; bit-identical whatever other records are scored with them.
@@ -63,11 +58,9 @@ class Fitted:
             NaN if a feature is not finite.
         """
         features = as_features(values)
-        if features.shape[1] != self.n_feature:
-            raise ValueError(f"fitted on {counted(self.n_feature, 'feature')}, not on {features.shape[1]}")
         measured = np.isfinite(features).all(axis=1)
         scores = np.full(features.shape[0], np.nan)
-        scores[measured] = self.rule(features[measured])
+        scores[measured] = self(features[measured])
         return scores
 
 
@@ -94,7 +87,7 @@ class Score(Method[Chosen]):
     Trained: ClassVar[type[Any]]
     direction: ClassVar[Direction | None] = Direction.RISING
 
-    def fit(self, values: ArrayLike, is_faulty: ArrayLike) -> Fitted:
+    def fit(self, values: ArrayLike, is_faulty: ArrayLike) -> Rule:
         """Train the score on fit records; records with a missing feature are ignored.
 
         Parameters
@@ -105,16 +98,15 @@ class Score(Method[Chosen]):
         features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
         used = np.isfinite(features).all(axis=1) & (self.needs_faulty | ~faulty)
         features, faulty = features[used], faulty[used]
-        n_faulty = int(faulty.sum())
-        n_healthy = faulty.size - n_faulty
-        for kind, count in (("healthy", n_healthy), *([("faulty", n_faulty)] if self.needs_faulty else [])):
-            if count < self.least:
+        counts = {"healthy": np.sum(~faulty), "faulty": np.sum(faulty)}
+        for kind, count in counts.items():
+            if count < self.least and (kind == "healthy" or self.needs_faulty):
                 raise NotStatedError(
                     f"the score {self.name} needs {self.least} {kind} fit records that have all features,"
                     f" not {count}",
                     self.least,
                 )
-        return Fitted(self.learn(features, faulty), features.shape[1], n_healthy, n_faulty)
+        return self.learn(features, faulty)
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
         """Train the rule on fit records.
@@ -274,7 +266,7 @@ def healthy_scale(scores: ArrayLike) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class LinearRule:
+class LinearRule(Rule):
     """Weighted sum of the standardised features.
 
     Attributes

@@ -3,6 +3,7 @@
 from itertools import groupby
 
 import numpy as np
+from scipy.signal import lfilter
 
 from hydrofdi.records import Channel, RecordBatch
 
@@ -42,14 +43,8 @@ class Records:
 
 def autoregressive(draw, shape, correlation):
     """Standard normal numbers, shape (n_record, n_window), each correlated with the one before it."""
-    steps = draw.standard_normal(shape)
-    numbers = np.empty(shape)
-    numbers[:, 0] = steps[:, 0]
-    for place in range(1, shape[1]):
-        numbers[:, place] = (
-            correlation * numbers[:, place - 1] + np.sqrt(1 - correlation**2) * steps[:, place]
-        )
-    return numbers
+    noise = draw.standard_normal((shape[0], shape[1] + 100))
+    return lfilter([np.sqrt(1.0 - correlation**2)], [1.0, -correlation], noise, axis=1)[:, 100:]
 
 
 def grouped(draw, n_group, n_window, correlation):

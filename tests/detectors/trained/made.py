@@ -2,18 +2,10 @@
 
 import numpy as np
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig, TimedChart, feature_of
-from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.file import (
-    Basis,
-    ChartLimit,
-    DetectorFile,
-    Limits,
-    Made,
-    Scale,
-    detector_text,
-)
-from hydrofdi.detectors.trained.verdicts import channel_facts, learned_range
+from hydrofdi.detectors.configuration import DetectorConfig, TimedChart, feature_of
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import ChartLimit, DetectorFile, detector_text
+from hydrofdi.detectors.verdicts import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 from tests.records.measuring import csv_of
@@ -53,33 +45,31 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
     config = DetectorConfig.model_validate({"indicator": indicator, **more})
     feature = feature_of(config)
     config = config.model_copy(update={"output": config.output or feature.described.name})
-    channels = tuple(sorted(feature.indicator.channels))
+    samples = {each: [window.channels[each] for window in ranges] for each in feature.indicator.channels}
     learned = {
-        channel: learned_range(
-            channel, [channel_facts(np.stack([each.channels[channel] for each in ranges]))]
-        )
-        for channel in channels
-        if ranges
+        each: learned_range(each, [channel_facts(np.stack(own))]) for each, own in samples.items() if own
     }
     low, high = limits
     return DetectorFile.model_validate(
         {
             "schema": "hydrofdi.detector",
-            "made": Made(hydrofdi="0", time="2026-01-01T00:00:00Z"),
+            "made": {"hydrofdi": "0", "time": "2026-01-01T00:00:00Z"},
             "config": config,
             "indicator_versions": {feature.indicator.name: feature.indicator.version},
             "unit": feature.described.unit,
-            "channels": channels,
+            "channels": tuple(sorted(feature.indicator.channels)),
             "sampling_frequency": FREQUENCY,
             "n_sample": 1000,
-            "basis": Basis(
-                sources=("made",), n_record=99, n_window=99, n_group=0, populations={}, not_judged={}
-            ),
-            "healthy": Scale(centre=scale[0], spread=scale[1], range=scores),
-            "limits": Limits(
-                low=low, high=high if high is None or np.isfinite(high) else 1e300, false_alarm_rate=0.01,
-                interval=(0.0, 0.05), confidence=0.95, method="quantile", interval_rests_on="windows",
-            ),
+            "basis": {
+                "sources": ["made"], "n_record": 99, "n_window": 99, "n_group": 0, "populations": {},
+                "not_judged": {},
+            },
+            "healthy": {"centre": scale[0], "spread": scale[1], "range": scores},
+            "limits": {
+                "low": low, "high": 1e300 if high == np.inf else high, "false_alarm_rate": 0.01,
+                "interval": (0.0, 0.05), "confidence": 0.95, "method": "quantile",
+                "interval_rests_on": "windows",
+            },
             "ranges": learned,
         }
     )  # fmt: skip

@@ -8,12 +8,11 @@ from tests.conftest import FOREIGN, needs_foreign
 
 pytestmark = needs_foreign
 
-WINDOWS = {"window": "10 s", "false_alarm_rate": "2 %"}
 
-
-def own(machine, indicator="weak_rls", rate="2 %", **options):
-    indicators, of_windows = {indicator: {"supply": "sum", **options}}, WINDOWS | {"false_alarm_rate": rate}
-    return hydrofdi.train(FOREIGN / f"{machine}_history.yaml", indicators, **of_windows)
+def own(machine, indicator="weak_rls", rate="2 %", output=None, **options):
+    settings = {"window": "10 s", "false_alarm_rate": rate, "output": output}
+    source = FOREIGN / f"{machine}_history.yaml"
+    return hydrofdi.train(source, {indicator: {"supply": "sum", **options}}, **settings)
 
 
 @pytest.fixture(scope="module")
@@ -54,9 +53,4 @@ def test_a_free_clearance_has_two_alarms_and_a_gap_alarms_by_the_total_flow():
     assert all(told["alarm"])
     assert all(cause.startswith("weak_rls.cross_port_leakage") for cause in told["cause"])
     assert not any(detector.judge(FOREIGN / "gap_history.yaml")["alarm"])
-
-
-def test_a_stated_output_has_one_alarm():
-    indicators = {"weak_rls": {"supply": "sum", "spool": "command"}}
-    detector = hydrofdi.train(FOREIGN / "gap_history.yaml", indicators, output="leakage", **WINDOWS)
-    assert detector.file.config.score is None
+    assert own("gap", spool="command", output="leakage").file.config.score is None

@@ -8,33 +8,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.file import Made, detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.training import train
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.detector import Detector
+from hydrofdi.detectors.file import detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError
 from tests.detectors.trained.healthy import Records
 
 MISTAKES = [
-    (("version",), 1), (("version",), True),
-    (("indicator_versions",), {}),
-    (("config", "indicator"), "pressure_statistic"),
-    (("config", "options", "channel"), "chamber_3_pressure"), (("config", "options", "levels"), 3),
-    (("config", "output"), "means"), (("config", "direction"), None),
-    (("config", "window", "duration"), 1e308), (("config", "window", "every"), 1e-308),
-    (("config", "chart", "chart"), "cusm"), (("config", "chart", "options", "weight"), 7),
-    (("limits", "high"), "1e5"), (("limits", "high"), None), (("limits", "high"), -1e7),
-    (("limits", "interval"), [0.5, 0.1]), (("limits", "interval_rests_on"), "faith"),
-    (("limits", "low"), 1e7), (("limits", "false_alarm_rate"), 1e308), (("limits", "confidence"), -1),
-    (("healthy", "spread"), 0), (("sampling_frequency",), -1), (("sampling_frequency",), 10**400),
-    (("n_sample",), True), (("channels",), []),
-    (("ranges", "chamber_1_pressure", "low"), [2, 1]), (("ranges", "chamber_1_pressure", "at_end"), -1),
-    (("ranges", "chamber_9_pressure"), {}), (("chart",), None), (("chart", "limit"), 0),
-    (("basis", "n_windows"), 1), (("basis", "n_record"), -1), (("basis", "sources"), []),
-    (("made",), "today"), (("config", "window", "duration"), 2.0, "n_sample"),
-    (("config", "direction"), "falling", "limits.high"),
+    ("version", 1), ("version", True), ("indicator_versions", {}), ("config.indicator", "pressure_statistic"),
+    ("config.options.channel", "chamber_3_pressure"), ("config.options.levels", 3),
+    ("config.output", "means"), ("config.direction", None), ("config.window.duration", 1e308),
+    ("config.window.every", 1e-308), ("config.chart.chart", "cusm"), ("config.chart.options.weight", 7),
+    ("limits.high", "1e5"), ("limits.high", None), ("limits.high", -1e7), ("limits.low", 1e7),
+    ("limits.interval", [0.5, 0.1]), ("limits.interval_rests_on", "faith"), ("limits.confidence", -1),
+    ("limits.false_alarm_rate", 1e308), ("healthy.spread", 0), ("sampling_frequency", 10**400),
+    ("n_sample", True), ("channels", []), ("ranges.chamber_1_pressure.low", [2, 1]),
+    ("ranges.chamber_1_pressure.at_end", -1), ("ranges.chamber_9_pressure", {}), ("chart", None),
+    ("chart.limit", 0), ("basis.n_windows", 1), ("basis.n_record", -1), ("basis.sources", []),
+    ("made", "today"), ("config.window.duration", 2.0, "n_sample"),
+    ("config.direction", "falling", "limits.high"),
 ]  # fmt: skip
 
-MADE = Made(hydrofdi="1", time="2026-01-01T00:00:00+00:00", command="hydrofdi train [1,  2]")
 SCORE = {
     "indicator": "pressure_statistics", "output": "mean", "false_alarm_rate": 0.1, "direction": "both",
     "window": {"duration": 1.0},
@@ -45,7 +39,8 @@ CHART = {"chart": "ewma", "false_alarm_every": 20.0}
 def trained(**more):
     config = DetectorConfig.model_validate(SCORE | {"chart": CHART} | more)
     records = Records(np.random.default_rng(1).standard_normal((30, 4)))
-    return train(records, config, ["records"], MADE)
+    file = Detector.fit(records, config, command="hydrofdi train [1,  2]").file
+    return file.model_copy(update={"made": file.made.model_copy(update={"time": "2026-01-01"})})
 
 
 @pytest.fixture(scope="module")
@@ -98,17 +93,14 @@ def test_a_detector_comes_back_as_it_was_written_and_the_same_records_give_the_s
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_the_key_that_is_wrong_is_named(record, load, mistake):
     path, value, *key = mistake
-    with pytest.raises(ConfigError, match=rf"detector\.json: {'.'.join(key or path)}: "):
-        load(changed(record, path, value))
+    with pytest.raises(ConfigError, match=rf"detector\.json: {(key or [path])[0]}: "):
+        load(changed(record, path.split("."), value))
 
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "", "[" * 100_000, '{"schema": "hydrofdi.detector", "schema": 1}', '{"limit": NaN}',
-        '{"limit": 1e999}',
-        f'{{"limit": {"9" * 5000}}}', b"\xff\xfe{}", "[1]",
-    ],
+    ["", "[" * 100_000, '{"schema": "hydrofdi.detector", "schema": 1}', '{"limit": NaN}', '{"limit": 1e999}',
+     f'{{"limit": {"9" * 5000}}}', b"\xff\xfe{}", "[1]"],
 )  # fmt: skip
 def test_what_is_no_detector_is_refused_in_one_line(load, text):
     with pytest.raises(ConfigError, match=r"^.*detector\.json: .*") as error:
@@ -120,28 +112,25 @@ SCORED = {
     "indicator": "", "output": "", "indicators": {"p": {"kind": "pressure_statistics"}}, "chart": None,
     "score": {"kind": "mahalanobis", "of": ["p.mean", "p.kurtosis"]}, "direction": "rising",
 }  # fmt: skip
-WHITE = ("score", "rule", "white")
+WHITE = "score.rule.white"
 MISTAKES_OF_SCORES = [
-    (("score",), None, "score"), (("score", "rule"), {}, "score.rule"),
-    (("score", "numbers"), [], "score.numbers"),
-    (("score", "numbers"), ["p.mean", "p.median"], "score.numbers"),
-    ((*WHITE, "mean"), [0.0, 1.0, 2.0], "score.rule.white"),
-    ((*WHITE, "matrix"), [[0.0, "x"]], "score.rule.white.matrix"),
-    ((*WHITE, "standardised", "kept"), [7], "score.rule"),
-    ((*WHITE, "standardised", "scale"), [-1.0], "score.rule.white.standardised"),
-    (("config", "score", "kind"), "lda", "score.rule"),
-    (("config", "score", "of"), ["p.men"], "config.score"),
-    (("config", "score", "options"), {"shrinkage": 2}, "config.score.options.shrinkage"),
-    (("indicator_versions", "p"), 99, "indicator_versions"),
+    ("score", None), ("score.rule", {}), ("score.numbers", []), ("score.numbers", ["p.mean", "p.median"]),
+    (f"{WHITE}.mean", [0.0, 1.0, 2.0], WHITE), (f"{WHITE}.matrix", [[0.0, "x"]]),
+    (f"{WHITE}.standardised.kept", [7], "score.rule"),
+    (f"{WHITE}.standardised.scale", [-1.0], f"{WHITE}.standardised"),
+    ("config.score.kind", "lda", "score.rule"), ("config.score.of", ["p.men"], "config.score"),
+    ("config.score.options", {"shrinkage": 2}, "config.score.options.shrinkage"),
+    ("indicator_versions.p", 99, "indicator_versions"),
 ]  # fmt: skip
 
 
 def test_what_a_score_learned_is_read_strictly(load):
     file = trained(**SCORED)
     assert load(detector_text(file)) == file
-    for path, value, key in MISTAKES_OF_SCORES:
-        with pytest.raises(ConfigError, match=rf"detector\.json: {key}: "):
-            load(changed(json.loads(detector_text(file)), path, value))
+    assert (file.score.n_healthy, file.score.n_faulty) == (120, 0)
+    for path, value, *key in MISTAKES_OF_SCORES:
+        with pytest.raises(ConfigError, match=rf"detector\.json: {(key or [path])[0]}: "):
+            load(changed(json.loads(detector_text(file)), path.split("."), value))
 
 
 numbers = st.integers() | st.floats(allow_nan=False, allow_infinity=False)

@@ -9,21 +9,17 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from hydrofdi.api.detector import Detector
-from hydrofdi.detectors.trained.configuration import DetectorConfig
-from hydrofdi.detectors.trained.detector import Detector as Trained
-from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.training import train
+import hydrofdi
+from hydrofdi.detectors.configuration import DetectorConfig
+from hydrofdi.detectors.detector import Detector
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
-from tests.commands import run_hydrofdi
 from tests.detectors.trained.healthy import PATTERN, Records, autoregressive, grouped
 
-MADE = Made(hydrofdi="1", time="")
 MEAN = {
     "indicator": "pressure_statistics",
     "output": "mean",
@@ -36,57 +32,53 @@ REPEATS = 100
 
 def trained(means, groups=(), labels=None, more=(), **config):
     records = Records(means, groups, labels, **dict(more))
-    return train(records, DetectorConfig.model_validate(MEAN | config), ["made"], MADE)
+    return Detector.fit(records, DetectorConfig.model_validate(MEAN | config)).file
 
 
 def normal(*shape, seed=0):
     return np.random.default_rng(seed).standard_normal(shape)
 
 
-def coverage(draw_means, groups=(), **config):
-    """How often the stated interval holds the rate of new windows, and the mean of that rate."""
-    rates, held = [], 0
-    for seed in range(REPEATS):
-        limits = trained(draw_means(np.random.default_rng(seed)), groups, **config).limits
-        rates.append(norm.sf(limits.high))
-        held += limits.interval[0] <= rates[-1] <= limits.interval[1]
-    return held / REPEATS, float(np.mean(rates))
-
-
-def test_the_interval_holds_the_rate_of_independent_windows():
-    share, rate = coverage(lambda draw: draw.standard_normal((100, 1)))
-    assert share == pytest.approx(0.95, abs=3 * sqrt(0.95 * 0.05 / REPEATS))
-    assert rate == pytest.approx(5 / 101, abs=0.005)
-
-
-def test_a_tolerance_limit_keeps_the_rate_with_its_confidence():
-    below = 0
-    for seed in range(REPEATS):
-        below += norm.sf(trained(normal(100, 1, seed=seed), threshold="tolerance").limits.high) <= 0.05
-    assert below / REPEATS == pytest.approx(0.963, abs=3 * sqrt(0.963 * 0.037 / REPEATS))
-
-
 @pytest.mark.parametrize(
     ("draw_means", "n_group"),
     [
+        (partial(autoregressive, shape=(100, 1), correlation=0.0), 0),
         (partial(autoregressive, shape=(40, 10), correlation=0.5), 0),
         (partial(grouped, n_group=10, n_window=40, correlation=0.2), 10),
     ],
+    ids=["independent", "within records", "within groups"],
 )
-def test_the_interval_holds_the_rate_where_windows_of_a_record_or_group_depend_on_each_other(
+def test_the_interval_holds_the_rate_of_new_windows_also_where_windows_depend_on_each_other(
     draw_means, n_group
 ):
-    share, _ = coverage(draw_means, [f"unit {number}" for number in range(n_group)])
-    assert share > 0.95 - 3 * sqrt(0.95 * 0.05 / REPEATS)
+    rates, held = [], 0
+    for seed in range(REPEATS):
+        means = draw_means(np.random.default_rng(seed))
+        limits = trained(means, [f"unit {number}" for number in range(n_group)]).limits
+        rates.append(norm.sf(limits.high))
+        held += limits.interval[0] <= rates[-1] <= limits.interval[1]
+    assert held / REPEATS > 0.95 - 3 * sqrt(0.95 * 0.05 / REPEATS)
+    assert means.shape != (100, 1) or np.mean(rates) == pytest.approx(5 / 101, abs=0.005)
 
 
-def test_limits_are_those_of_the_windows():
-    means = normal(30, 4)
-    for direction in Direction:
-        limits = trained(means, direction=direction).limits
-        expected = quantile_threshold(means.ravel(), 0.05, direction=direction)
-        assert limits.low == (expected.low if np.isfinite(expected.low) else None)
-        assert limits.high == (expected.high if np.isfinite(expected.high) else None)
+def test_a_tolerance_limit_keeps_the_rate_with_its_confidence():
+    highs = [trained(normal(100, 1, seed=s), threshold="tolerance").limits.high for s in range(REPEATS)]
+    share = np.mean(norm.sf(highs) <= 0.05)
+    assert share == pytest.approx(0.963, abs=3 * sqrt(0.963 * 0.037 / REPEATS))
+
+
+@pytest.mark.parametrize("direction", Direction)
+def test_limits_are_those_of_the_scores_that_the_detector_gives_the_windows(direction):
+    means = normal(40, 1)
+    file = trained(means, direction=direction)
+    windows = [
+        Window(row, np.arange(4) / 4.0, {Channel.CHAMBER_1_PRESSURE: mean + PATTERN})
+        for row, mean in enumerate(means)
+    ]
+    scores = [verdict.score for verdict in Detector(file).score(windows)]
+    expected = quantile_threshold(scores, 0.05, direction=direction)
+    assert file.limits.low == (None if direction is Direction.RISING else expected.low)
+    assert file.limits.high == (None if direction is Direction.FALLING else expected.high)
 
 
 def test_each_group_meets_the_limits_of_the_others():
@@ -98,11 +90,8 @@ def test_each_group_meets_the_limits_of_the_others():
     assert trained(means).limits.interval_rests_on == "records"
     assert trained(means.reshape(1, -1)).limits.interval_rests_on == "windows"
     assert trained(means.reshape(-1, 1)).limits.interval_rests_on == "windows"
-
-
-def test_where_too_few_windows_are_left_without_a_record_they_count_as_independent():
     two, one = (trained(normal(*shape), false_alarm_rate=0.01).limits for shape in ((2, 60), (1, 120)))
-    assert two.interval_rests_on == one.interval_rests_on == "windows"
+    assert two.interval_rests_on == "windows", "too few are left without a record"
     assert two.interval == one.interval
 
 
@@ -113,30 +102,17 @@ def test_windows_that_set_limits_do_not_overlap_even_where_the_detector_slides()
     assert trained(normal(10, 12), window={"duration": 2.0, "every": 0.75}).basis.n_window == 50
 
 
-def test_a_limit_is_the_score_that_the_detector_gives_that_window():
-    means = normal(40, 1)
-    file = trained(means)
-    windows = [
-        Window(row, np.arange(4) / 4.0, {Channel.CHAMBER_1_PRESSURE: mean + PATTERN})
-        for row, mean in enumerate(means)
-    ]
-    scores = [verdict.score for verdict in Trained(file).score(windows)]
-    assert sorted(scores)[-2] == file.limits.high
-
-
 @pytest.mark.parametrize(
     ("direction", "shift", "first", "is_named"),
     [("rising", 12.0, 0, True), ("rising", -12.0, 0, False), ("falling", -12.0, 0, True),
      ("both", -12.0, 0, True), ("rising", 3.0, 0, False), ("rising", 12.0, 5, False)],
 )  # fmt: skip
-def test_a_record_mostly_far_beyond_the_others_where_a_leak_moves_it_is_named(
-    direction, shift, first, is_named
-):
+def test_a_record_mostly_far_beyond_the_others_is_named(direction, shift, first, is_named):
     means = normal(20, 10)
     means[7, first:] += shift
     file = trained(means, direction=direction)
     assert file.basis.outlying == ({"made record 7": 10} if is_named else {})
-    assert ("made record 7 (10 windows)" in Detector(file).summary) is is_named
+    assert ("made record 7 (10 windows)" in hydrofdi.Detector(file).summary) is is_named
 
 
 def test_too_few_windows_are_refused_with_the_number_that_is_needed():
@@ -153,7 +129,7 @@ def test_too_few_windows_are_refused_with_the_number_that_is_needed():
             trained(means, groups, **more)
 
 
-def test_windows_that_cannot_be_judged_teach_nothing_and_last_as_long_as_records_where_none_is_stated():
+def test_windows_that_cannot_be_judged_teach_nothing_and_last_as_long_as_records_by_default():
     means = normal(30, 3)
     means[3, 2] = np.nan
     for window, n_window, fault in (({}, 29, "missing"), (MEAN["window"], 89, "missing_channel")):
@@ -165,12 +141,11 @@ def test_windows_that_cannot_be_judged_teach_nothing_and_last_as_long_as_records
         assert file.config.window.every == duration
 
 
-def charted(means, **more):
-    chart = {"chart": "cusum", "options": {"shift": 1}, "false_alarm_every": 200.0}
-    return trained(means, chart=chart | more).chart
+def charted(means, every=200.0):
+    return trained(means, chart={"chart": "cusum", "false_alarm_every": every}).chart
 
 
-def test_the_limit_of_a_chart_is_that_of_scores_in_their_order():
+def test_the_limit_of_a_chart_is_that_of_scores_in_their_order_turned_where_a_leak_lowers_them():
     drawn = autoregressive(np.random.default_rng(3), (20, 100), 0.9)
     in_order, shuffled = charted(drawn), charted(np.random.default_rng(4).permuted(drawn, axis=1))
     assert in_order.limit > 2.0 * shuffled.limit
@@ -180,12 +155,9 @@ def test_the_limit_of_a_chart_is_that_of_scores_in_their_order():
     long = charted(normal(1, 2000))
     assert long.rests_on == "pieces"
     assert long.mean_time == pytest.approx(200.0, rel=0.2)
-
-
-def test_a_chart_on_scores_that_a_leak_lowers_is_that_of_the_turned_scores():
-    means = normal(20, 100)
-    mirrored = trained(-means, direction="falling", chart={"chart": "ewma", "false_alarm_every": 100.0})
-    straight = trained(means, chart={"chart": "ewma", "false_alarm_every": 100.0})
+    chart = {"chart": "ewma", "false_alarm_every": 100.0}
+    mirrored = trained(-normal(20, 100), direction="falling", chart=chart)
+    straight = trained(normal(20, 100), chart=chart)
     assert mirrored.chart.limit == pytest.approx(straight.chart.limit)
     assert mirrored.config.chart.options["direction"] == "rising"
 
@@ -202,7 +174,7 @@ def test_with_a_chart_too_few_windows_for_the_threshold_are_no_obstacle():
     with pytest.raises(NotStatedError):
         trained(means, false_alarm_rate=0.001)
     with pytest.raises(NotStatedError, match=r"needs 24 h of healthy scores, not 0.556 h$"):
-        charted(normal(20, 100), false_alarm_every=86400.0)
+        charted(normal(20, 100), 86400.0)
 
 
 def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
@@ -220,71 +192,50 @@ def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
 
 
 CONFIGS = Path(__file__).parents[3] / "configs"
-MOTION = [str(CONFIGS / "motions" / "closed-loop.yaml")]
+CLOSED = "motions/closed-loop.yaml"
+LEAKS = {"faults": {"leakage.internal_flow": ["2 L/min"], "each": 10, "fit": 0, "severity": "level"}}
 
 
-def population(folder, name, seed, n_record, study=None, motion=MOTION, **more):
+def population(folder, name, seed, n_record, motion=(CLOSED,), study=None, **more):
     """Machines at work of which nobody knows more than the data sheet."""
     healthy = {"population": {"seed": seed}, "healthy": {"fit": n_record, "test": 1, "shift": 1}}
-    base = [str(CONFIGS / "populations" / "unknown-plant.yaml"), *motion]
-    record = {"name": name, "extends": base, "record": {"duration": "4 s"}, "study": healthy | (study or {})}
+    base = [str(CONFIGS / each) for each in ("populations/unknown-plant.yaml", *motion)]
     path = folder / f"{name}.yaml"
+    record = {"extends": base, "record": {"duration": "4 s"}, "study": healthy | (study or {})}
     path.write_text(json.dumps(record | more), encoding="utf-8")
     return path
 
 
-LEAKS = {"faults": {"leakage.internal_flow": ["2 L/min"], "each": 10, "fit": 0, "severity": "level"}}
+def of_machines(healthy):
+    return hydrofdi.train(healthy, "flow_balance", window="2 s", false_alarm_rate="5 %")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("promise")
+def summary(detector, source):
+    windows = detector.windows(source)
+    return json.loads("".join(windows.json()))["summary"]
 
 
-@pytest.fixture(scope="module")
-def promise_trained(folder):
-    return detector(folder, population(folder, "healthy", 3, 40))
-
-
-def detector(folder, healthy):
-    out = folder / f"{healthy.stem}.json"
-    flags = ["--indicator", "flow_balance", "--window", "2 s", "--false-alarm-rate", "5 %"]
-    assert run_hydrofdi("train", healthy, *flags, "--out", out).returncode == 0
-    return out
-
-
-def summary(promise_trained, source, *flags):
-    ended = run_hydrofdi("detect", promise_trained, source, "--json", *flags)
-    return json.loads(ended.stdout)["summary"]
-
-
-def test_other_healthy_machines_alarm_as_often_as_promised(folder, promise_trained):
-    found = summary(promise_trained, population(folder, "others", 4, 40))
-    low, high = found["alarm_share_interval"]
-    promised = json.loads(promise_trained.read_text())["limits"]["interval"]
+def test_other_healthy_machines_alarm_as_promised_and_leaks_are_found(tmp_path):
+    detector = of_machines(population(tmp_path, "healthy", 3, 40))
+    found = summary(detector, population(tmp_path, "others", 4, 40))
+    (low, high), promised = found["alarm_share_interval"], detector.file.limits.interval
     assert found["n_judged"] > 70
     assert low <= promised[1]
     assert promised[0] <= high
     assert found["alarm_share"] < 0.15
-
-
-def test_a_leak_is_found(folder, promise_trained):
-    told = Detector.load(promise_trained).judge(population(folder, "leak", 5, 1, LEAKS))
+    told = detector.judge(population(tmp_path, "leak", 5, 1, study=LEAKS))
     assert sum(cause.endswith("hole or score") for cause in told["cause"]) > 0.7 * sum(told["alarm"])
-    found = summary(promise_trained, folder / "leak.yaml")
+    found = summary(detector, tmp_path / "leak.yaml")
     assert found["alarm_share"] > 0.7
     assert "novel" not in found["not_judged"]
-
-
-def test_a_machine_at_another_supply_pressure_is_novel_and_no_alarm(folder, promise_trained):
-    found = summary(promise_trained, population(folder, "weak", 8, 5, supply={"pressure": "12 MPa"}))
+    found = summary(detector, population(tmp_path, "weak", 8, 5, supply={"pressure": "12 MPa"}))
     assert found["n_alarm"] == 0
     assert found["not_judged"].keys() == {"novel"}
 
 
 @pytest.mark.long
-def test_a_large_leak_is_an_alarm_and_not_novel_in_open_loop(folder):
-    promise_trained = detector(folder, population(folder, "open", 3, 30, motion=[]))
-    found = summary(promise_trained, population(folder, "large", 5, 1, LEAKS, motion=[]))
+def test_a_large_leak_is_an_alarm_and_not_novel_in_open_loop(tmp_path):
+    detector = of_machines(population(tmp_path, "open", 3, 30, []))
+    found = summary(detector, population(tmp_path, "large", 5, 1, [], LEAKS))
     assert "novel" not in found["not_judged"]
     assert found["alarm_share"] > 0.7

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.charts import FalseAlarms
+from hydrofdi.detectors.configuration import TimedChart
+from hydrofdi.detectors.file import ChartLimit, Fleet, Limits, Scale, TrainedScore
 from hydrofdi.detectors.rules import make_chart
 from hydrofdi.detectors.scores.contract import healthy_scale
-from hydrofdi.detectors.trained.configuration import TimedChart
-from hydrofdi.detectors.trained.file import ChartLimit, Fleet, Limits, Scale, TrainedScore
-from hydrofdi.detectors.trained.scoring import HealthyScores
-from hydrofdi.detectors.trained.verdicts import standardised
+from hydrofdi.detectors.training import N_PIECE, HealthyScores
+from hydrofdi.detectors.verdicts import standardised
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS, alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.scores import Direction, comparable
@@ -30,9 +30,6 @@ from hydrofdi.settings.messages import time_text
 
 _MOST_FOLDS = 25
 """Maximum number of cross-validation folds; with more groups, several are left out at a time."""
-
-N_PIECE = 20
-"""Pieces of a single record by which a score is cross-fitted, and of few records for the limit of a chart."""
 
 _REACH, _N_SPREAD, _N_GRID, _N_MEAN = 6.0, 200, 3, 128
 """Reach of the grid of ln s in deviations; numbers of its nodes, of grids, and of nodes of m."""
@@ -60,7 +57,7 @@ def fleet_of(scores: ArrayLike, groups: ArrayLike) -> Fleet | None:
     rows = [own for name in np.unique(names) if (own := values[names == name]).size > 1 and np.ptp(own) > 0.0]
     if len(rows) < FEWEST_GROUPS:
         return None
-    means, variances = (np.array([part(own) for own in rows]) for part in (np.mean, _variance))
+    means, variances = np.array([own.mean() for own in rows]), np.array([own.var(ddof=1) for own in rows])
     half = np.array([own.size - 1 for own in rows]) / 2.0
     # bias and variance of ln s of normal scores
     logs = np.log(variances) / 2.0 - (digamma(half) - np.log(half)) / 2.0
@@ -72,10 +69,6 @@ def fleet_of(scores: ArrayLike, groups: ArrayLike) -> Fleet | None:
         log_deviation=float(logs.mean()),
         log_deviation_deviation=_between(logs, polygamma(1, half) / 4.0),
     )
-
-
-def _variance(own: Array) -> float:
-    return float(own.var(ddof=1))
 
 
 def _between(values: Array, sampling: Array) -> float:
@@ -101,11 +94,6 @@ class Posterior:
     deviations: Array
     means: Array
     errors: Array
-
-    @property
-    def scale(self) -> tuple[float, float]:
-        """Expected mean and deviation of the scores of the machine."""
-        return float(self.weights @ self.means), float(self.weights @ self.deviations)
 
     def high(self, rate: float) -> float:
         """Limit that the next score exceeds with a probability."""
@@ -179,7 +167,7 @@ def fleet_limits(
     turned = Posterior(machine.weights, machine.deviations, -machine.means, machine.errors)
     low = -math.inf if direction is Direction.RISING else -turned.high(each)
     high = math.inf if direction is Direction.FALLING else machine.high(each)
-    centre, spread = machine.scale
+    centre, spread = float(machine.weights @ machine.means), float(machine.weights @ machine.deviations)
     limits = Limits(
         low=_finite(low),
         high=_finite(high),
@@ -192,7 +180,19 @@ def fleet_limits(
     return limits, Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
 
 
-def limits_of(scored: HealthyScores, direction: Direction, *, has_chart: bool = False) -> Limits:
+def own_limits(scored: HealthyScores, *, has_chart: bool, fleet: Fleet | None) -> tuple[Limits, Scale]:
+    """Limits and healthy scale of a machine; with those of a fleet, if its own scores are too few."""
+    config, own = scored.config, scored.scores
+    try:
+        limits, (centre, spread) = _limits_of(scored, has_chart=has_chart), healthy_scale(own)
+    except NotStatedError:
+        if fleet is None or config.threshold != "quantile":
+            raise
+        return fleet_limits(own, fleet, scored.direction, config.false_alarm_rate, config.confidence)
+    return limits, Scale(centre=centre, spread=spread, range=(float(own.min()), float(own.max())))
+
+
+def _limits_of(scored: HealthyScores, *, has_chart: bool) -> Limits:
     """Set the limits of a score.
 
     If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
@@ -202,7 +202,7 @@ def limits_of(scored: HealthyScores, direction: Direction, *, has_chart: bool = 
     alarms in place of the limits, too few windows are none: then the extreme healthy scores are the limits.
     """
 
-    config = scored.config
+    config, direction = scored.config, scored.direction
 
     def rule(scores: Array) -> Threshold:
         try:
@@ -249,7 +249,7 @@ def limits_of(scored: HealthyScores, direction: Direction, *, has_chart: bool = 
     )
 
 
-def chart_of(scored: HealthyScores, direction: Direction) -> TimedChart | None:
+def chart_of(scored: HealthyScores) -> TimedChart | None:
     """The chart that is asked for, with all options; the usual one if the records carry its promise.
 
     Its direction refers to scores that rise with leakage.
@@ -262,15 +262,15 @@ def chart_of(scored: HealthyScores, direction: Direction) -> TimedChart | None:
         chart = usual
     if chart is None:
         return None
-    turned = Direction.BOTH if direction is Direction.BOTH else Direction.RISING
+    turned = Direction.BOTH if scored.direction is Direction.BOTH else Direction.RISING
     made = make_chart(chart.chart, {"direction": turned, **chart.options})
     return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
 
 
-def chart_limit(scored: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction) -> ChartLimit:
+def chart_limit(scored: HealthyScores, chart: TimedChart, healthy: Scale) -> ChartLimit:
     """Limit that healthy scores, in time order, reach once within the required time on average."""
     starts = np.searchsorted(scored.record, range(1, len(scored.records)))
-    lines = np.split(standardised(scored.all_scores, healthy, direction), starts)
+    lines = np.split(standardised(scored.all_scores, healthy, scored.direction), starts)
     groups: list[str] | None = None
     rests_on: Literal["pieces", "records", "groups"] = "pieces"
     if len(set(scored.groups)) >= FEWEST_GROUPS:
@@ -316,12 +316,6 @@ def with_allowance(
         rule = rule | {"coefficients": (np.array(rule["coefficients"]) + room[:, None]).tolist()}
         trained = trained.model_copy(update={"rule": rule})
     return limits, trained
-
-
-def scale_of(scores: Array) -> Scale:
-    """Median, spread and range of healthy scores."""
-    centre, spread = healthy_scale(scores)
-    return Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
 
 
 def _finite(value: float) -> float | None:

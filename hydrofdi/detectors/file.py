@@ -12,11 +12,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError
 
+from hydrofdi.detectors.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.detectors.rules import score_kind
-from hydrofdi.detectors.scores.contract import Fitted, from_data
-from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of, unmakable
+from hydrofdi.detectors.scores.contract import from_data
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants, sheet_constants
 from hydrofdi.records import Array, Channel
@@ -200,15 +199,14 @@ class TrainedScore(Part):
     n_faulty: Count
     """Windows that it was fitted to."""
 
-    def fitted(self, kind: str) -> Fitted:
-        """The trained score."""
-        rule, n_number = from_data(score_kind(kind).Trained, self.rule, "score.rule"), len(self.numbers)
-        fitted = Fitted(rule, n_number, self.n_healthy, self.n_faulty)
+    def fitted(self, kind: str) -> Any:
+        """The trained rule."""
+        rule: Any = from_data(score_kind(kind).Trained, self.rule, "score.rule")
         try:
-            fitted.score(np.ones((1, n_number)))
+            rule.score(np.ones((1, len(self.numbers))))
         except IndexError:
-            raise ValueError(f"score.rule: is not one of {n_number} numbers") from None
-        return fitted
+            raise ValueError(f"score.rule: is not one of {len(self.numbers)} numbers") from None
+        return rule
 
 
 class ChannelRange(Part):
@@ -336,31 +334,29 @@ class DetectorFile(Part):
                         " one for this machine"
                     )
 
+    @cached_property
+    def _rule(self) -> Any:
+        """What combines several numbers; None if the output is the score."""
+        return self.score and self.config.score and self.score.fitted(self.config.score.kind)
+
     def scores(self, numbers: Array) -> Array:
         """Scores of windows from their numbers, shape (n_window, n_number)."""
-        return numbers[:, 0] if self._fitted is None else self._fitted.score(numbers)
+        scores: Array = numbers[:, 0] if self._rule is None else self._rule.score(numbers)
+        return scores
 
     def widening(self, numbers: Array) -> float:
         """How much less certain a score is than at the nearest conditions of the healthy windows."""
-        rule: Any = None if self._fitted is None else self._fitted.rule
-        return float(rule.widening(numbers[None])[0]) if hasattr(rule, "widening") else 1.0
+        return float(self._rule.widening(numbers[None])[0]) if hasattr(self._rule, "widening") else 1.0
 
     def cause(self, numbers: Array) -> str:
         """Of two flows with limits of their own, the one that alarms, and what looks like it."""
-        if len(names := self.feature.judged) < 2 or self._fitted is None:
+        if len(names := self.feature.judged) < 2:
             return ""
-        rule: Any = self._fitted.rule
-        spreads = rule.spreads(numbers[None])[0]
+        spreads = self._rule.spreads(numbers[None])[0]
         # a hole adds as much to the flow of K_i as to the whole flow, a gap little or a part
-        flows = spreads * rule.spread
+        flows = spreads * self._rule.spread
         like = LIKE[int(flows[0] < _HOLE * flows[-1])]
-        return f"{names[rule.standardised.kept[spreads.argmax()]]}, {like}"
-
-    @cached_property
-    def _fitted(self) -> Fitted | None:
-        if self.score is None or self.config.score is None:
-            return None
-        return self.score.fitted(self.config.score.kind)
+        return f"{names[self._rule.standardised.kept[spreads.argmax()]]}, {like}"
 
     @property
     def n_every(self) -> int:
@@ -381,8 +377,7 @@ class DetectorFile(Part):
         if self.chart is not None and self.config.chart is not None:
             return f"where their chart {self.config.chart.chart} reaches {plain(self.chart.limit, 4)}"
         ends = [("below", self.limits.low), ("above", self.limits.high)]
-        if len(self.feature.judged) > 1 and self._fitted is not None and self.limits.high is not None:
-            rule: Any = self._fitted.rule
+        if len(self.feature.judged) > 1 and (rule := self._rule) and self.limits.high is not None:
             beyond = (self.limits.high - rule.origin) * rule.spread / rule.spread[0]
             if not rule.low.size:
                 beyond += rule.standardised.centre + rule.standardised.scale * rule.coefficients[:, 0]
@@ -414,17 +409,6 @@ def load_detector(path: Path) -> DetectorFile:
         mistakes = [_mistake(error) for error in errors.errors()]
     if mistakes := [each for each in mistakes if each[0] == "version"] or mistakes:
         raise ConfigError([Issue(_shown(text), _shown(where), str(path)) for where, text in mistakes])
-    return file
-
-
-def fleet_at(path: Path) -> DetectorFile:
-    """The detector of a fleet, which has a summary of its machines."""
-    file = load_detector(path)
-    if file.fleet is None:
-        raise ConfigError(
-            f"{path}: is not a fleet: it needs {FEWEST_GROUPS} healthy machines or more, each a group or a"
-            " record with two windows or more"
-        )
     return file
 
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.detectors.configuration import Feature
+from hydrofdi.detectors.file import ChannelRange, DetectorFile, Scale
 from hydrofdi.detectors.rules import OF_ONE
-from hydrofdi.detectors.trained.configuration import Feature
-from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile, Scale
 from hydrofdi.errors import Issue
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators import measure

@@ -169,11 +169,6 @@ class Feature:
         return frozenset().union(*(each.channels for each in self.indicators.values()))
 
     @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """Channels that they use if they are there."""
-        return frozenset().union(*(each.optional_channels for each in self.indicators.values()))
-
-    @property
     def outputs(self) -> Mapping[str, Output]:
         """Name in doubts, such as ``weak_rls.leakage`` → output of an indicator."""
         pairs = self.indicators.items()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.trained.verdicts import Verdict
+from hydrofdi.detectors.verdicts import Verdict
 from hydrofdi.records import Array
 from hydrofdi.records.streams import Chunk, Event, EventKind, State
 from hydrofdi.settings.messages import counted, plain
@@ -47,6 +47,8 @@ class WindowLine:
         Instants of the first and last sample [s].
     condition : Condition
         Condition after this window.
+    record_id, source, group, label : str
+        Of the record that it belongs to, where that is known.
     """
 
     number: int
@@ -55,6 +57,10 @@ class WindowLine:
     verdict: Verdict
     chart: ChartReading | None = None
     condition: Condition = Condition.UNKNOWN
+    record_id: str = ""
+    source: str = ""
+    group: str = ""
+    label: str = ""
 
     @property
     def alarm(self) -> bool | None:

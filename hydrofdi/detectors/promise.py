@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
-from hydrofdi.detectors.trained.file import LIKE, DetectorFile
-from hydrofdi.detectors.trained.verdicts import Leak, coverage
+from hydrofdi.detectors.file import LIKE, DetectorFile
+from hydrofdi.detectors.verdicts import Leak, coverage
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
-from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import assumption_text, plant_constants
 from hydrofdi.settings.messages import (
     convert,
@@ -29,58 +27,14 @@ from which on a single alarm is not."""
 _PAGE = "docs/how-to/after-an-alarm.md"
 
 
-@dataclass(frozen=True)
-class Consequence:
-    """Numbers in SI; None if they are not known.
-
-    Attributes
-    ----------
-    windows_judged, alarms : int
-        Windows that were judged, and alarms among them.
-    false_alarms_expected : float
-        Alarms among as many of a healthy machine.
-    leak : Leak or None
-        Its size; None if the indicator does not state it.
-    drift : float or None
-        Speed of the piston if this flow passes it while both ports are closed [m/s]: flow over piston area.
-    recommendation : str
-        What to do next.
-    """
-
-    windows_judged: int
-    alarms: int
-    false_alarms_expected: float
-    leak: Leak | None
-    drift: float | None
-    recommendation: str
-
-    @property
-    def sentences(self) -> str:
-        """What is known, and the recommendation."""
-        expected = count_text(self.false_alarms_expected)
-        texts = [f"{counted(self.alarms, 'alarm')} until now, {expected} expected of a healthy machine"]
-        if self.leak is not None:
-            drift = "" if self.drift is None else f", a drift of {number_text(6e4 * self.drift, 2)} mm/min"
-            texts.append(f"{self.leak}{drift}")
-        return f"{'; '.join(texts)}; {self.recommendation}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """All of it for JSON, with units in the names."""
-        return {
-            "windows_judged": self.windows_judged,
-            "alarms": self.alarms,
-            "false_alarms_expected": self.false_alarms_expected,
-            "flow_L_per_min": self.leak and convert(self.leak.flow, "L/min"),
-            "flow_interval_L_per_min": self.leak and [convert(each, "L/min") for each in self.leak.interval],
-            "drift_mm_per_min": None if self.drift is None else 6e4 * self.drift,
-            "recommendation": self.recommendation,
-        }
-
-
 def consequence(
     file: DetectorFile, windows_judged: int, alarms: int, leak: Leak | None, margin: float | None = None
-) -> Consequence:
-    """What alarms come to, of which one, or the median, has a size and a margin."""
+) -> tuple[str, dict[str, Any]]:
+    """What alarms come to, of which one, or the median, has a size and a margin: in words that end with what
+    to do next, and for JSON with units in the names, None where a number is not known.
+
+    The drift is the speed of the piston if the flow of the leak passes it while both ports are closed.
+    """
     options = file.feature.indicator.options
     assumed = None if "piston_area" in file.assumed else getattr(options, "piston_area", None)
     area = file.data_sheet.get("piston_area", assumed)
@@ -88,9 +42,21 @@ def consequence(
     if chart is not None:
         # at least those of the chart itself
         expected = windows_judged * (file.n_every / file.sampling_frequency / chart.false_alarm_every)
-    drift = max(0.0, leak.flow) / area if leak and area else None
+    drift = 6e4 * (max(0.0, leak.flow) / area) if leak and area else None
     advice = _advice(file, alarms, expected, margin)
-    return Consequence(windows_judged, alarms, expected, leak, drift, advice)
+    texts = [f"{counted(alarms, 'alarm')} until now, {count_text(expected)} expected of a healthy machine"]
+    if leak is not None:
+        moving = "" if drift is None else f", a drift of {number_text(drift, 2)} mm/min"
+        texts.append(f"{leak}{moving}")
+    return "; ".join([*texts, advice]), {
+        "windows_judged": windows_judged,
+        "alarms": alarms,
+        "false_alarms_expected": expected,
+        "flow_L_per_min": leak and convert(leak.flow, "L/min"),
+        "flow_interval_L_per_min": leak and [convert(each, "L/min") for each in leak.interval],
+        "drift_mm_per_min": drift,
+        "recommendation": advice,
+    }
 
 
 def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | None) -> str:
@@ -101,15 +67,6 @@ def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | No
         first = "check the signals ('hydrofdi inspect'), then 'hydrofdi diagnose'"
         return f"more than chance explains: {first} ({_PAGE})"
     return f"this may be chance: wait and see whether most of the next ten windows alarm, too ({_PAGE})"
-
-
-def _constants_text(indicator: Indicator[Any]) -> str:
-    """The constants of the plant with their values, ``piston_area = 633 mm^2``; empty if there are none."""
-    return ", ".join(
-        f"{name} = {shown_quantity(getattr(indicator.options, name), unit)}"
-        for name, unit in plant_constants(indicator.options).items()
-        if getattr(indicator.options, name)
-    )
 
 
 _HOUR = 3600.0
@@ -147,9 +104,15 @@ def sentences(
         )
     elif file.score is not None:
         yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."
-    for constants in dict.fromkeys(map(_constants_text, feature.indicators.values())):
-        if constants:
-            yield f"It takes the actuator as {constants}."
+    machines = (
+        ", ".join(
+            f"{name} = {shown_quantity(getattr(each.options, name), unit)}"
+            for name, unit in plant_constants(each.options).items()
+            if getattr(each.options, name)
+        )
+        for each in feature.indicators.values()
+    )
+    yield from (f"It takes the actuator as {each}." for each in dict.fromkeys(machines) if each)
     if file.assumed:
         assuming = (
             label

@@ -1,1 +1,0 @@
-"""Trained detectors: training results of healthy records, stored in a readable file."""

@@ -121,6 +121,19 @@ def test_a_spool_follows_its_own_voltage_with_the_same_bits_in_any_company_and_p
     assert len({motion.tobytes() for motion in alone}) == len(drives)
 
 
+def smooth_motion(step):
+    smooth = "wavelet.levels=2", "friction.coulomb=0", "friction.breakaway=0", "friction.viscous=500"
+    run = nominal("record.duration=0.2 s", f"record.step={step!r}", *smooth)
+    return signals(simulate_batch([run], [0.0]), names=MOTION)
+
+
+def test_halving_the_step_divides_the_error_by_sixteen_on_a_smooth_problem():
+    exact = smooth_motion(1e-4 / 16)
+    assert exact[1, 1:].min() > 0.0, "it does not turn"
+    errors = [np.abs(smooth_motion(step) - exact).max(axis=1) for step in (4e-4, 2e-4, 1e-4)]
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 4.0, atol=0.3)
+
+
 def test_the_kernel_converges_to_radau_and_its_nominal_step_costs_little_of_any_detail_rms():
     run = nominal()
     x, _, spool, _, *pressures = reference.integrate(reference.printed_rates, run, 1e-8, 1e-9)

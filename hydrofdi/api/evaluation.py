@@ -131,7 +131,7 @@ def evaluate(
     """
     rules = validated(Rules, Source({"false_alarm_rate": false_alarm_rate, "confidence": confidence}))
     chosen = indicators_of(indicators)
-    scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
+    wanted = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
     said = Described(sampling_frequency, channel, unit, label, group)
     sources = open_records(data, used_channels(chosen), said)
     is_held = any(isinstance(source, HeldSource) for source in sources)
@@ -148,11 +148,12 @@ def evaluate(
     labels += names_of("healthy", healthy, "labels of healthy records")
     described = [source.config for source in sources if isinstance(source, MeasuredSource)]
     severity = {label: value for config in described for label, value in config.severity.items()}
-    study = measured_study(columns, left.count(measured), dict.fromkeys(labels), severity)
+    records, scores = measured_study(columns, left.count(measured), dict.fromkeys(labels), severity)
     require_labels(((f"severity.{label}", label) for label in severity), left.labels)
-    usual = usual_of(study.records, study.scores, tested_teach=True) if usual_scores else {}
-    made = made_scores(study.records, study.scores, usual | dict(scores), tested_teach=True)
-    detection = detect(study.records, [*study.scores, *made], rules)
+    if usual_scores:
+        wanted = usual_of(records, scores, tested_teach=True) | wanted
+    made = made_scores(records, scores, wanted, tested_teach=True)
+    detection = detect(records, [*scores, *made], rules)
     n_measured = left.n_record - left.n_rejected - left.n_empty
     remarks = *assumed_plants(chosen), *summaries(left.doubts, n_measured)
     return Evaluation(replace(detection, remarks=(*detection.remarks, *remarks)), left)

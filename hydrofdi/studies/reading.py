@@ -25,7 +25,7 @@ from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData
 from hydrofdi.store.folder import read_costs
 from hydrofdi.store.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, MISSING, OBSTACLE, STATUS
-from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords
+from hydrofdi.studies.records import Scored, StudyRecords
 
 
 def within(scored: Scored, sensors: Collection[str]) -> bool:
@@ -46,7 +46,11 @@ _SEVERITIES = {
 """Parameter of the faults → variable with the true severity of each run, and its unit."""
 
 
-def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
+Design = tuple[StudyRecords, tuple[Scored, ...]]
+"""Records of one design of a study, and their scores; a measured study has one."""
+
+
+def read_study(data: ExperimentData) -> tuple[Design, ...]:
     """Read the designs of a stored study.
 
     Severity is the true mean leakage flow over the whole record, or K_i if the faults are specified by it, or
@@ -61,7 +65,7 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     )
 
 
-def _design(data: ExperimentData, measured: Sequence[Scored], records: StudyRecords) -> StudyDesign:
+def _design(data: ExperimentData, measured: Sequence[Scored], records: StudyRecords) -> Design:
     """The scores that the sensors allow; remarks name the others."""
     detection, remarks = data.experiment.detection, [*records.remarks]
     raw = [replace(number, values=number.values[records.runs]) for number in measured]
@@ -85,7 +89,7 @@ def _design(data: ExperimentData, measured: Sequence[Scored], records: StudyReco
         wanted = {label: score for label, score in wanted.items() if label not in lacking_extra}
         remarks.append(f"omitted because they need the extra ({EXTRA}): {', '.join(lacking_extra)}")
     records = replace(records, remarks=tuple(remarks))
-    return StudyDesign(records, (*judged, *made_scores(records, numbers, wanted)))
+    return records, (*judged, *made_scores(records, numbers, wanted))
 
 
 def _label(number: Scored) -> str:
@@ -340,7 +344,7 @@ def measured_study(
     measured: Iterable[RecordMeasures],
     healthy: Collection[str],
     severity: Mapping[str, float],
-) -> StudyDesign:
+) -> Design:
     """Build a study of healthy and faulty records from their labels.
 
     With groups, all healthy records are fit records, and each healthy group is tested at the threshold of the
@@ -384,7 +388,7 @@ def measured_study(
     records = StudyRecords(
         populations, of_record, severities, groups=groups, remarks=tuple(remarks), is_labelled=True
     )
-    return StudyDesign(records, tuple(_scores(columns, labelled)))
+    return records, tuple(_scores(columns, labelled))
 
 
 WHICH = "which records are healthy? State it: --healthy LABEL, or 'healthy: [LABEL]' in the description"

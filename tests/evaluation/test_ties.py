@@ -18,7 +18,7 @@ from hydrofdi.evaluation.threshold import quantile_threshold, records_needed
 from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval
 from hydrofdi.report.responses import fifths, rank_correlation
 from hydrofdi.studies.judging import detectability
-from hydrofdi.studies.records import Judgement, Level, Notes, Part, Scored, ranked
+from hydrofdi.studies.records import Judgement, Notes, Outcome, Part, Scored, ranked
 from tests.evaluation.test_pod import hits
 
 
@@ -93,8 +93,7 @@ def test_equal_scores_are_ranked_by_name():
                 Scored(name, scores),
                 Direction.RISING,
                 limit,
-                {},
-                (Level(level, 1.0, None, Area(value, 0.0, 1.0, 9, 9)),),
+                (Outcome(level, 1.0, None, Area(value, 0.0, 1.0, 9, 9)),),
             )
             for name, value in (("b", 0.7 + last), ("a", 0.7))
         ]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from hydrofdi.config.values import shown_value
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
 from hydrofdi.report.document import Block
@@ -39,23 +40,19 @@ def answer_block(
 
 def _answer_table(detection: Detection) -> Table:
     """The best with each set of sensors, and the best wavelet rule."""
-    unit, healthy = wording.severity_unit(detection), wording.tested(detection, Kind.HEALTHY)[:1]
-    rules = wording.wavelet_rules(detection)[:1]
-    shown = wording.distinct(*wording.first_of_sensors(detection)[: _MOST - len(rules)], *rules)
-    bounds = [each.smallest.get("q90_95") for each in shown]
-    has_both = not math.isnan(unit.per_mean_flow)
-    columns = (
+    unit, rules = wording.severity_unit(detection), wording.wavelet_rules(detection)[:1]
+    shown = [*dict.fromkeys((*wording.first_of_sensors(detection)[: _MOST - len(rules)], *rules))]
+    sizes = [unit.found(each.bound) for each in shown]
+    columns = [
         Column("Sensors", list(map(wording.sensors, shown)), is_text=True),
-        Column("Score", [each.scored.name + KEEPING[each.keeps_its_rate] for each in shown], is_text=True),
-        Column(
-            f"{unit.quantity.capitalize()}{unit.bracket}",
-            sizes := list(map(unit.found, bounds)),
-        ),
-        *([Column(f"At 8 MPa{unit.bracket}", [unit.found(each, unit.per_mean_flow) for each in bounds])]
-          if has_both else []),
-        *(Column("Alarms [%]", [wording.rate_text(each, population) for each in shown])
-          for population in healthy),
-    )  # fmt: skip
+        Column("Score", [each.name + KEEPING[each.keeps_its_rate] for each in shown], is_text=True),
+        Column(f"{unit.quantity.capitalize()}{unit.bracket}", sizes),
+    ]
+    if not math.isnan(unit.per_mean_flow):
+        at_reference = [unit.found(each.bound, unit.per_mean_flow) for each in shown]
+        columns.append(Column(f"At 8 MPa{unit.bracket}", at_reference))
+    for population in wording.tested(detection, Kind.HEALTHY)[:1]:
+        columns.append(Column("Alarms [%]", [wording.rate_text(each.of(population)) for each in shown]))
     signs = {
         "≤": "at most the smallest tested",
         ">": "not found up to the largest tested",
@@ -65,7 +62,7 @@ def _answer_table(detection: Detection) -> Table:
     }
     texts = "".join([*sizes, *(KEEPING[each.keeps_its_rate] for each in shown)])
     note = ["Alarms: of healthy records", *(f"{sign} {signs[sign]}" for sign in signs if sign in texts)]
-    return Table(columns, key="best", notes=("; ".join(note) + ".",))
+    return Table(tuple(columns), key="best", notes=("; ".join(note) + ".",))
 
 
 def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[str]:
@@ -94,40 +91,38 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
 
 def answer_sentence(detection: Detection) -> str:
     """The best that is found, or why nothing is."""
-    unit, asked, best = (
-        wording.severity_unit(detection),
-        detection.rules,
-        wording.best_with_sensors(detection),
-    )
+    unit, asked = wording.severity_unit(detection), detection.rules
+    best = wording.best_with_sensors(detection)
     terms = (
         f"{wording.probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
         f" at {wording.false_alarms_in_words(asked.false_alarm_rate)}"
     )
     found = (*wording.answers(detection), *(() if best else filter(wording.finds, detection.judgements)))
     if not found:
-        largest = [unit.found(each.smallest["q90_95"]).removeprefix("> ") for each in best.values()][:1]
+        largest = [unit.found(each.bound).removeprefix("> ") for each in best.values()][:1]
         none = [f"no {unit.quantity} up to {each} {unit.name}".rstrip() for each in largest]
         refusals = Counter(text for each in detection.judgements for text in each.refusals).most_common(1)
         why = (*none, *(text for text, _ in refusals), "no leaking record is tested")[0]
         return f"Nothing is found {terms}: {why}."
-    bound, scored = found[0].smallest["q90_95"], found[0].scored
-    number = unit.found(bound).removeprefix("≤ ").removesuffix(wording.FROM_LEVELS)
-    size = f"{number} {unit.name}".rstrip() + (" or less" if bound.place == "below" else "")
+    first, scored = found[0], found[0].scored
+    mean, at_reference = (
+        unit.found(first.bound, scale).removeprefix("≤ ").removesuffix(wording.FROM_LEVELS)
+        for scale in (1.0, unit.per_mean_flow)
+    )
+    size = f"{mean} {unit.name}".rstrip()
+    size += " or less" if first.bound and first.bound.place == "below" else ""
     if not math.isnan(unit.per_mean_flow):
-        at_reference = (
-            unit.found(bound, unit.per_mean_flow).removeprefix("≤ ").removesuffix(wording.FROM_LEVELS)
-        )
         size += f" in this motion ({at_reference} at 8 MPa)"
     plain = scored.indicator.replace("_", " ")
     name = f"the {plain} ({scored.name})" if plain not in ("", scored.indicator) else scored.name
-    needs = f"with {joined(wording.symbols(found[0]))}, " if scored.channels else ""
+    needs = f"with {joined(wording.symbols(first))}, " if scored.channels else ""
     reservations = {
         True: "",
         None: f", but {counted(asked.records_for_false_alarms, 'record')} of each fault-free test population"
         " are needed to know its false-alarm rate",
         False: ", but exceeds its false-alarm rate; let study.population include the shifts that are normal",
     }
-    return f"{capitalized(f'{needs}{name} finds {size} {terms}{reservations[found[0].keeps_its_rate]}')}."
+    return f"{capitalized(f'{needs}{name} finds {size} {terms}{reservations[first.keeps_its_rate]}')}."
 
 
 def remarks_with_counts(detection: Detection) -> tuple[str, ...]:
@@ -166,46 +161,31 @@ _MOST_ALARMS, _MOST_LEVELS = 20, 12
 
 def ranking_block(detection: Detection) -> Block:
     """Every score that was tried."""
-    unit, judgements, levels = (
-        wording.severity_unit(detection),
-        detection.judgements,
-        wording.chosen_levels(detection, 1),
-    )
-    areas = [[wording.level_of(judgement, level) for judgement in judgements] for level in levels]
-    costs = [judgement.scored.cost for judgement in judgements]
-    columns = (
-        Column(
-            "Score",
-            [f"{e.scored.name} {_MARKS[e.direction]}{KEEPING[e.keeps_its_rate]}" for e in judgements],
-            is_text=True,
-        ),
+    unit, judgements = wording.severity_unit(detection), detection.judgements
+    names = [f"{each.name} {_MARKS[each.direction]}{KEEPING[each.keeps_its_rate]}" for each in judgements]
+    columns = [
+        Column("Score", names, is_text=True),
         Column("Sensors", list(map(wording.sensors, judgements)), is_text=True),
-        *(
-            Column(
-                f"{title}{unit.bracket}",
-                [unit.found(judgement.smallest.get(name)) for judgement in judgements],
-                strong=_places(judgement.scored.name in detection.pareto for judgement in judgements)
-                if name == "q90_95"
-                else (),
-            )
-            for name, title in (("q90_95", "q90/95"), ("q90", "q90"), ("q50", "q50"))
-        ),
-        *(
-            Column("False alarms [%]", [wording.rate_text(judgement, population) for judgement in judgements])
-            for population in wording.tested(detection, Kind.HEALTHY)[:1]
-        ),
-        *(
-            Column("AUC", [f"{each.area.value:.2f}" if each and each.area else HOLE for each in own])
-            for own in areas
-        ),
-        Column("Cost [ms]", [HOLE if cost is None else two_digits(1e3 * cost) for cost in costs]),
-    )
+    ]
+    for name, title in (("q90_95", "q90/95"), ("q90", "q90"), ("q50", "q50")):
+        texts = [unit.found(each.smallest.get(name)) for each in judgements]
+        best = _places(name == "q90_95" and each.name in detection.pareto for each in judgements)
+        columns.append(Column(f"{title}{unit.bracket}", texts, strong=best))
+    for population in wording.tested(detection, Kind.HEALTHY)[:1]:
+        rates = [wording.rate_text(each.of(population)) for each in judgements]
+        columns.append(Column("False alarms [%]", rates))
+    for level in wording.chosen_levels(detection, 1):
+        own = [each.of(level) for each in judgements]
+        areas = [f"{each.area.value:.2f}" if each and each.area else HOLE for each in own]
+        columns.append(Column("AUC", areas))
+    costs = [judgement.scored.cost for judgement in judgements]
+    columns.append(Column("Cost [ms]", [HOLE if cost is None else two_digits(1e3 * cost) for cost in costs]))
     order = (
         "Scores that do not exceed their false-alarm rate come first, by q90/95. Scores that exceed it (!) or"
         " have too few records to tell (?) follow. A bold q90/95 (in plain text *) is Pareto-optimal: no"
         " other score detects a smaller leak with the same or fewer sensors."
     )
-    table = Table(columns, "All scores", "scores", tuple(_ranking_notes(detection)))
+    table = Table(tuple(columns), "All scores", "scores", tuple(_ranking_notes(detection)))
     return Block("ranking", "Ranking", (order,), (table,), ("ranking",))
 
 
@@ -223,15 +203,20 @@ def _ranking_notes(detection: Detection) -> Iterator[str]:
         yield f"AUC: area under the ROC curve at {unit.text(level.severity)}."
 
 
+def _foremost(detection: Detection, most: int) -> tuple[list[Judgement], Column]:
+    """The foremost scores that have a threshold, and their names."""
+    shown = [each for each in wording.foremost(detection, most) if each.threshold is not None]
+    return shown, Column("Score", [each.name for each in shown], is_text=True)
+
+
 def false_alarms_block(detection: Detection) -> Block | None:
     """Rates on the healthy test records, each shift and each confusion; None if nothing was tested."""
-    shown = [each for each in wording.foremost(detection, _MOST_ALARMS) if each.threshold is not None]
-    rules, total = detection.rules, len(detection.judgements)
+    (shown, names), rules, total = _foremost(detection, _MOST_ALARMS), detection.rules, detection.judgements
     interval = f"In parentheses the {100.0 * rules.confidence:g} % interval (Clopper and Pearson)."
-    left_out = f" {len(shown)} of {counted(total, 'score')}; CSV and JSON have all."
-    notes = (interval + (left_out if len(shown) < total else ""),)
+    left_out = f" {len(shown)} of {counted(len(total), 'score')}; CSV and JSON have all."
+    notes = (interval + (left_out if len(shown) < len(total) else ""),)
     tables = [
-        Table((_names(shown), *(_alarms(shown, population) for population in populations)), title, key, notes)
+        Table((names, *(_alarms(f"{each.name} [%]", shown, each) for each in populations)), title, key, notes)
         for key, title, kinds in (
             ("shifts", "Fresh healthy records and shifts", (Kind.HEALTHY, Kind.SHIFT)),
             ("confusions", "Other faults", (Kind.CONFUSION,)),
@@ -247,17 +232,12 @@ def false_alarms_block(detection: Detection) -> Block | None:
     return Block("false-alarms", "False alarms", (sentence,), tuple(tables), figures) if tables else None
 
 
-def _names(shown: Sequence[Judgement]) -> Column:
-    return Column("Score", [each.scored.name for each in shown], is_text=True)
+def _alarms(title: str, shown: Sequence[Judgement], population: Population) -> Column:
+    texts = [wording.rate_text(each.of(population)) for each in shown]
+    return Column(title, texts, strong=_places(population in each.exceeded for each in shown))
 
 
-def _alarms(shown: Sequence[Judgement], population: Population) -> Column:
-    is_strong = (population in each.exceeded for each in shown)
-    texts = [wording.rate_text(each, population) for each in shown]
-    return Column(f"{population.name} [%]", texts, strong=_places(is_strong))
-
-
-def _places(are_strong: Iterator[bool]) -> tuple[int, ...]:
+def _places(are_strong: Iterable[bool]) -> tuple[int, ...]:
     return tuple(index for index, is_strong in enumerate(are_strong) if is_strong)
 
 
@@ -267,20 +247,15 @@ def levels_block(detection: Detection) -> Block | None:
     if not levels:
         return None
     unit, least = wording.severity_unit(detection), detection.rules.probability
-    shown = [each for each in wording.foremost(detection, _MOST_LEVELS) if each.threshold is not None]
-    columns = [_names(shown)]
+    shown, names = _foremost(detection, _MOST_LEVELS)
+    columns = [names]
     for level in levels:
-        rates = [(each, own.detected if (own := wording.level_of(each, level)) else None) for each in shown]
-        texts = [
-            HOLE
-            if rate is None or not rate.total
-            else f"{rate.count} of {rate.total}"
-            if level in each.counted
-            else wording.percent(rate.value)
-            for each, rate in rates
-        ]
-        is_strong = (bool(rate and rate.value >= least and level not in each.counted) for each, rate in rates)
-        columns.append(Column(f"{unit.value(level.severity):.3g}", texts, strong=_places(is_strong)))
+        own = [each.of(level) for each in shown]
+        texts = [wording.rate_text(each, with_interval=False) for each in own]
+        strong = _places(
+            bool(each and each.found and each.found.value >= least and not each.is_counted) for each in own
+        )
+        columns.append(Column(f"{unit.value(level.severity):.3g}", texts, strong=strong))
     title = f"Detected [%] at each {unit.quantity}{unit.bracket}"
     note = f"Bold (in plain text *): {100.0 * least:g} % or more. All scores are in JSON and CSV."
     paragraph = (
@@ -289,3 +264,39 @@ def levels_block(detection: Detection) -> Block | None:
     )
     table = Table(tuple(columns), title, "levels", (note,))
     return Block("levels", "Probability of detection", (paragraph,), (table,), ("pod", "roc"))
+
+
+_MOST_COLUMNS = 6
+
+
+def designs_block(detections: Sequence[Detection]) -> Block | None:
+    """What each design finds with each set of sensors; None for a single design."""
+    if len(detections) < 2:
+        return None
+    unit, rules = wording.severity_unit(detections[0]), detections[0].rules
+    sentence = (
+        "Each design repeats the study with the same actuators. Columns: the best score with no more than"
+        " these sensors in each design, and the wavelet rules."
+    )
+    title = f"q{100.0 * rules.probability:g}/{100.0 * rules.confidence:g}{unit.bracket}"
+    rows = [*map(_by_sensors, detections)]
+    columns = [Column("Design", [_label(detections[0], each) for each in detections], is_text=True)]
+    for name in [*dict.fromkeys(name for row in rows for name in row)][:_MOST_COLUMNS]:
+        columns.append(Column(name, [unit.found(row[name].bound) if name in row else HOLE for row in rows]))
+    table = Table(tuple(columns), title, "designs", breaks=(1,))
+    return Block("designs", "Comparison of designs", (sentence,), (table,))
+
+
+def _by_sensors(detection: Detection) -> dict[str, Judgement]:
+    names = {frozenset(each.scored.channels): wording.sensors(each) for each in detection.judgements}
+    best = {names[channels]: each for channels, each in wording.best_with_sensors(detection).items()}
+    return best | {each.name: each for each in wording.wavelet_rules(detection)}
+
+
+def _label(first: Detection, detection: Detection) -> str:
+    """What a design changes of the first one, which is named by what it sets."""
+    names: dict[str, list[str]] = defaultdict(list)
+    for name, value in detection.records.design.items():
+        if detection is first or first.records.design.get(name) != value:
+            names[shown_value(name, value)].append(name)
+    return ", ".join(f"{', '.join(alike)} = {value}" for value, alike in names.items()) or "as configured"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -13,11 +14,15 @@ from hydrofdi.report.detection.wording import FROM_LEVELS, severity_unit
 from hydrofdi.settings.messages import HOLE, counted, number_text, percentage
 from hydrofdi.studies.healthy import Left
 from hydrofdi.studies.records import LEAST_OF_GROUP, Detection
+from hydrofdi.tables.answer import Answer, Piece, Strong
 from hydrofdi.tables.table import Column, Table, group_breaks
+
+_MOST_ROWS = 20
+"""Most scores, and pairs of groups, that are shown."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EvaluationAnswer:
+class EvaluationAnswer(Answer):
     """Judgements of indicators on labelled records, and the records that are left out."""
 
     detection: Detection
@@ -57,7 +62,7 @@ class EvaluationAnswer:
     @property
     def best(self) -> str:
         """Name of the best score; empty if no indicator gave a number."""
-        return next((judgement.scored.name for judgement in self.detection.judgements), "")
+        return next((judgement.name for judgement in self.detection.judgements), "")
 
     @cached_property
     def table(self) -> Table:
@@ -70,7 +75,7 @@ class EvaluationAnswer:
         times in ten; and how many records are ``not_measurable``.
         """
         unit = severity_unit(self.detection)
-        by_name = {judgement.scored.name: judgement for judgement in self.detection.judgements}
+        by_name = {judgement.name: judgement for judgement in self.detection.judgements}
         bound = f"q90_95{unit.suffix}"
         titles = {
             "indicator": "score",
@@ -94,7 +99,7 @@ class EvaluationAnswer:
             if name == "auc" and line["auc"] is not None:
                 return _area_text(line["auc"], line["auc_low"], line["auc_high"])
             if name == bound and line["kind"] == Kind.FAULT:
-                return unit.found(judgement.smallest.get("q90_95")).removesuffix(FROM_LEVELS)
+                return unit.found(judgement.bound).removesuffix(FROM_LEVELS)
             return str(line[name]) if name in ("population", "not_measurable") and line[name] else HOLE
 
         lines = [line for line in detection_lines([self.detection]) if "population" in line]
@@ -151,16 +156,29 @@ class EvaluationAnswer:
             "studies": [study_record(self.detection)],
         }
 
-    def _told(self) -> Table:
-        first = f"best score: {self.best}" if self.best else "no indicator could measure any record"
-        said = (first, *filter(None, [self.conclusion]), *self.remarks, *self.left.sentences())
-        return replace(self.table, notes=said)
+    def parts(self) -> Iterator[Piece]:
+        """The conclusion from healthy groups, the scores (best first), and what is not stated, and why."""
+        records, conclusion = self.detection.records, self.conclusion
+        counts = ", ".join(f"{records.rows(each).size:,} {each.name}" for each in records.populations)
+        n_group = len(set(records.groups or ()))
+        yield f"Records: {counts}; {counted(n_group, 'group') if n_group else 'no groups'}"
+        if not self.best:
+            yield "no indicator could measure any record"
+            return
+        if conclusion:
+            yield Strong(f"{conclusion[0].upper()}{conclusion[1:]}.")
+        yield from ("", replace(self.table, most=_MOST_ROWS * len(records.populations)))
+        if len(self.pairs):
+            yield from ("", replace(self.pairs, most=_MOST_ROWS))
+        yield ""
+        yield from (f"- {sentence}" for sentence in self.remarks)
 
-    def __repr__(self) -> str:
-        return repr(self._told())
+    def asides(self) -> Iterator[str]:
+        """What is left out."""
+        return self.left.sentences()
 
-    def _repr_html_(self) -> str:
-        return self._told()._repr_html_()
+    def __bool__(self) -> bool:
+        return not (self.left.is_lacking or self.left.n_repeated)
 
 
 def _area_text(value: float, low: float, high: float) -> str:

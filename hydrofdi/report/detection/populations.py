@@ -11,7 +11,6 @@ import numpy as np
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.study import StudyConfig
 from hydrofdi.config.values import shown_value, shown_values
-from hydrofdi.evaluation.pod import EquivalentFault, Spread
 from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
@@ -72,9 +71,9 @@ def _populations_table(detection: Detection, study: StudyConfig | None) -> Table
         rows.append(("each nuisance alone", "healthy, for explanation", n, None, None, ""))
     note = f"True mean: mean {unit.quantity} over each record, averaged over the records."
     nominal, mean = f"{unit.quantity.capitalize()}{unit.bracket}", f"True mean{unit.bracket}"
-    names = ("Population", "Kind", "Records", nominal, mean, "What differs")
+    heads = ("Population", "Kind", "Records", nominal, mean, "What differs")
     breaks = group_breaks([_GROUPS.get(each.kind) for each in shown])
-    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+    columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
     return Table.of(columns, title="Populations", key="populations", notes=(note,), breaks=breaks)
 
 
@@ -114,21 +113,19 @@ _WHY = (
 _MOST, _MOST_ROWS = 8, 6
 """Scores that are shown, and nuisances of each."""
 
-_GAP = "\N{NO-BREAK SPACE}"
-
 
 @lru_cache(maxsize=1024)
 def nuisances(detection: Detection, score: str) -> tuple[list[Nuisance], list[str]]:
     """The nuisances of a score by its name, and what is refused; empty without records for them."""
-    (scored,) = (judgement.scored for judgement in detection.judgements if judgement.scored.name == score)
+    (scored,) = (judgement.scored for judgement in detection.judgements if judgement.name == score)
     return nuisances_of(detection.records, scored, confidence=detection.rules.confidence)
 
 
 def why_block(detection: Detection) -> Block | None:
     """Which nuisance moves which score, the best with each set of sensors; None without records for it."""
     best = wording.best_with_sensors(detection).values()
-    chosen = wording.distinct(*best, *wording.wavelet_rules(detection), *detection.judgements[:1])[:_MOST]
-    by_score = {each.scored.name: nuisances(detection, each.scored.name) for each in chosen}
+    chosen = dict.fromkeys((*best, *wording.wavelet_rules(detection), *detection.judgements[:1]))
+    by_score = {each.name: nuisances(detection, each.name) for each in [*chosen][:_MOST]}
     shown, unit = {name: own for name, (own, _) in by_score.items() if own}, wording.severity_unit(detection)
     if not shown:
         return None
@@ -136,24 +133,19 @@ def why_block(detection: Detection) -> Block | None:
     def size(nuisance: Nuisance) -> float:
         return float(comparable(nuisance.alone.value)) if nuisance.alone else -math.inf
 
-    def reach_text(fault: EquivalentFault | None) -> str:
-        sign = {"below": "<", "above": ">"}.get(fault.place, "") if fault else ""
-        return sign + two_digits(unit.value(fault.severity)) if fault else HOLE
-
-    def alone_text(spread: Spread | None) -> str:
-        """A share in percent with its interval, e.g. ``26 (4 … 55)``."""
-        if spread is None:
-            return HOLE
-        value, low, high = (f"{100.0 * part:.0f}" for part in (spread.value, spread.low, spread.high))
-        return f"{value} ({low} … {high})".replace(" ", _GAP)
+    def texts(nuisance: Nuisance) -> tuple[str, str, str]:
+        """A share in percent with its interval, such as ``26 (4 … 55)``, and the leak that it looks like."""
+        alone, leak, share, looks = nuisance.alone, nuisance.imitated, HOLE, HOLE
+        if alone is not None:
+            value, low, high = (f"{100.0 * part:.0f}" for part in (alone.value, alone.low, alone.high))
+            share = f"{value} ({low} … {high})".replace(" ", "\N{NO-BREAK SPACE}")
+        if leak is not None:
+            sign = {"below": "<", "above": ">"}.get(leak.place, "")
+            looks = sign + two_digits(unit.value(leak.severity))
+        return "record to record" if nuisance.parameter == NOTHING else nuisance.parameter, share, looks
 
     rows = [
-        (
-            name,
-            "record to record" if each.parameter == NOTHING else each.parameter,
-            alone_text(each.alone),
-            reach_text(each.imitated),
-        )
+        (name, *texts(each))
         for name, own in shown.items()
         for each in [*sorted(own[:-1], key=size, reverse=True)[:_MOST_ROWS], *own[-1:]]
     ]

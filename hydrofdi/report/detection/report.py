@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.evaluation.scores import Population
 from hydrofdi.report.detection import answer, populations, record
-from hydrofdi.report.detection.record import design_record
-from hydrofdi.report.detection.wording import finds, severity_unit
+from hydrofdi.report.detection.record import run_length_lines
+from hydrofdi.report.detection.wording import finds
 from hydrofdi.report.document import (
     Block,
     Document,
@@ -29,17 +28,17 @@ from hydrofdi.report.runs import joined
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import STATUS
 from hydrofdi.studies.detecting import (
+    ERROR,
     REFERENCE_PRESSURE,
-    Estimates,
+    estimated,
     judge_charts,
     judge_estimates,
     judge_study,
     winner,
 )
 from hydrofdi.studies.reading import uses_extra
-from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
-from hydrofdi.tables.table import Table, finite, group_breaks
-from hydrofdi.units import convert
+from hydrofdi.studies.records import Detection
+from hydrofdi.tables.table import Table, group_breaks
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
@@ -75,10 +74,10 @@ class DetectionReport:
     data: ExperimentData | None = None
 
     @cached_property
-    def estimates(self) -> tuple[Estimates, ...]:
+    def estimates(self) -> list[list[dict[str, Any]]]:
         """Estimates against the truth, for each design; empty if the truth is not known."""
         data = self.data
-        return tuple(judge_estimates(data, each.records) for each in self.detections) if data else ()
+        return [judge_estimates(data, each.records) for each in self.detections] if data else []
 
     @property
     def is_complete(self) -> bool:
@@ -116,9 +115,9 @@ class DetectionReport:
             answer.false_alarms_block(first),
             run_lengths_block(first) if first.charts and is_complete else None,
             answer.levels_block(first),
-            estimates_block(self.estimates[0]) if self.estimates else None,
+            estimates_block(data, self.estimates[0]) if data else None,
             populations.why_block(first) if is_complete else None,
-            record.designs_block(self.detections) if is_complete else None,
+            answer.designs_block(self.detections) if is_complete else None,
             answer.remarks_block(first),
             *after,
         )
@@ -134,8 +133,8 @@ class DetectionReport:
             "perfect_sensors": list(self._without_noise),
             **runs,
             "detection": [one for each in self.detections for one in record.detection_records(each)],
-            "estimates": [row for each in self.estimates for row in each.rows],
-            "run_lengths": run_length_records(self.detections),
+            "estimates": [row for rows in self.estimates for row in rows],
+            "run_lengths": record.run_length_records(self.detections),
             "studies": [record.study_record(detection) for detection in self.detections],
         }
 
@@ -145,7 +144,9 @@ class DetectionReport:
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
-        lines = [*record.detection_lines(self.detections), *run_length_lines(self.detections)]
+        lines = [*record.detection_lines(self.detections)]
+        for each in self.detections:
+            lines += (record.design_record(each) | line for line in run_length_lines(each))
         headers = dict.fromkeys(header for line in lines for header in line)
         return {header: [line.get(header) for line in lines] for header in headers}
 
@@ -153,7 +154,7 @@ class DetectionReport:
         """Name → figure; none without results."""
         if not self.has_results:
             return {}
-        from hydrofdi.report.figures.ranking import detection_figures
+        from hydrofdi.report.figures.detection import detection_figures
 
         return detection_figures(self.detections[0])
 
@@ -191,107 +192,20 @@ _DULL = ("unit", "kind", "not_measurable")
 
 def run_lengths_block(detection: Detection) -> Block:
     """Delays of detection for each time between false alarms, alarms, and why a chart has none."""
-    lines, confidence = [*_lines(detection)], f"{100.0 * detection.rules.confidence:g} %"
-    refusals = [_lead(chart) | {"refused": why} for chart in detection.charts for why in chart.refusals]
+    lines, confidence = [*run_length_lines(detection)], f"{100.0 * detection.rules.confidence:g} %"
+    refusals = [record.chart_record(chart) | {"refused": why}
+                for chart in detection.charts for why in chart.refusals]  # fmt: skip
     note = f"low, high: {confidence} interval. –: longer than the records, or no alarm in them."
+    delays = [line for line in lines if "found" in line]
+    alarms = [line for line in lines if "alarms" in line]
+    title = "Mean time between false alarms, as measured"
     tables = (
-        Table.of_records(
-            [line for line in lines if "found" in line], _DULL, title="Delay after the onset", key="delays"
-        ),
-        Table.of_records(
-            [line for line in lines if "alarms" in line],
-            _DULL,
-            title="Mean time between false alarms, as measured",
-            key="times-between-false-alarms",
-            notes=(note,),
-        ),
+        Table.of_records(delays, _DULL, title="Delay after the onset", key="delays"),
+        Table.of_records(alarms, _DULL, title=title, key="times-between-false-alarms", notes=(note,)),
         Table.of_records(refusals, _DULL, title="Not stated"),
     )
     figures = ("delays",) if any(chart.delays for chart in detection.charts) else ()
     return Block("run-lengths", "Delay in operation", (_CHARTS,), tables, figures)
-
-
-def run_length_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
-    """One record for each chart at each limit."""
-    return [
-        {
-            **_lead(chart),
-            "centre": finite(chart.centre),
-            "spread": finite(chart.spread),
-            "false_alarms": [
-                {"population": each.name, "kind": str(each.kind)} | _alarm_record(chart, each)
-                for each in chart.false_alarms
-            ],
-            "delays": [
-                {"population": delay.population.name} | _delay_record(detection, delay)
-                for delay in chart.delays
-            ],
-            "design": design_record(detection),
-            "refusals": list(chart.refusals),
-        }
-        for detection in detections
-        for chart in detection.charts
-    ]
-
-
-def run_length_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]:
-    """Header → value, one line for each chart, limit and tested population."""
-    for detection in detections:
-        yield from (design_record(detection) | line for line in _lines(detection))
-
-
-def _lines(detection: Detection) -> Iterator[dict[str, Any]]:
-    unit = severity_unit(detection)
-    for chart in detection.charts:
-        lead, stated = _lead(chart), [(each, _alarm_record(chart, each)) for each in chart.false_alarms]
-        stated += [(delay.population, _delay_record(detection, delay)) for delay in chart.delays]
-        for population, line in stated:
-            named = {"population": population.name, "kind": str(population.kind)}
-            yield lead | named | {unit.key: unit.value(population.severity)} | line
-        if chart.refusals:
-            yield lead
-
-
-def _lead(chart: ChartJudgement) -> dict[str, Any]:
-    return {
-        "chart": chart.label,
-        "rule": chart.rule,
-        "indicator": chart.watched,
-        "unit": chart.unit,
-        "false_alarm_every_h": convert(chart.false_alarm_every, "h"),
-        "limit": None if chart.limit is None else chart.limit.value,
-    }
-
-
-def _alarm_record(chart: ChartJudgement, population: Population) -> dict[str, Any]:
-    limit, keeps = chart.false_alarms[population], chart.keeps(population)
-    return {
-        "alarms": limit.n_alarm,
-        "hours": convert(limit.duration, "h"),
-        **_interval("between_alarms", "h", limit.mean_time, limit.low, limit.high),
-        "keeps_false_alarm_rate": None if keeps is None else int(keeps),
-    }
-
-
-def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
-    unit, median, late = severity_unit(detection), delay.median, delay.late
-    name = f"delay_{100.0 * detection.rules.probability:g}_percent"
-    return {
-        unit.key: unit.value(delay.population.severity),
-        "true_mean_flow_after_onset_L_per_min": finite(convert(delay.flow, "L/min")),
-        "found": delay.n_found,
-        "n": delay.n,
-        "false_alarms_before_onset": delay.n_early,
-        "not_measurable": delay.not_measurable,
-        **_interval("delay_median", "s", median.value, median.low, median.high),
-        **_interval(name, "s", late.value, late.low, late.high),
-    }
-
-
-def _interval(name: str, unit: str, value: float, low: float, high: float) -> dict[str, float | None]:
-    """A time with its interval in a unit; None if there was no alarm in the records."""
-    ends = {f"{name}_{unit}": value, f"{name}_low_{unit}": low, f"{name}_high_{unit}": high}
-    return {key: finite(convert(end, unit)) for key, end in ends.items()}
 
 
 _ORDER = (
@@ -299,27 +213,21 @@ _ORDER = (
 )
 
 
-def estimates_block(estimates: Estimates) -> Block | None:
+def estimates_block(data: ExperimentData, rows: list[dict[str, Any]]) -> Block | None:
     """How far estimates are from the truth; None if nothing is estimated."""
-    if not (rows := estimates.rows):
+    if not rows:
         return None
-    level = f"{100.0 * estimates.confidence:g} %"
+    level = f"{100.0 * data.experiment.detection.confidence:g} %"
     note = (
         f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. Deviations: 1σ of the errors, and as"
         f" stated (root mean square). Covered: share of the records whose stated {level} interval contains"
-        f" the truth, with its {level} interval.{_left_out(estimates)}"
+        f" the truth, with its {level} interval."
     )
+    if data.experiment.leakage.onset != "constant":
+        note += " Faults are left out: leaks set in during the record, so there is no single true value."
+    if without := [name for name, _ in estimated(data) if f"{name}{ERROR}" not in data.columns]:
+        note += f" Not listed because they state no deviation: {joined(without)}."
     breaks = group_breaks([(row["indicator"], row["quantity"]) for row in rows])
     title = "Estimates against the truth"
     table = Table.of_records(rows, title=title, key="estimates", notes=(note,), breaks=breaks)
     return Block("estimates", "Estimates", (_ORDER,), (table,))
-
-
-def _left_out(estimates: Estimates) -> str:
-    """Sentences on what the table does not list, and why."""
-    sentences = ""
-    if not estimates.has_constant_leaks:
-        sentences += " Faults are left out: leaks set in during the record, so there is no single true value."
-    if estimates.without_deviation:
-        sentences += f" Not listed because they state no deviation: {joined(estimates.without_deviation)}."
-    return sentences

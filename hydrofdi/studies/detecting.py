@@ -37,7 +37,6 @@ from hydrofdi.studies.records import (
     Outcome,
     Scored,
     StudyRecords,
-    found_from,
     pareto_set,
     ranked,
 )
@@ -127,8 +126,6 @@ class Traces:
 
     Attributes
     ----------
-    records : StudyRecords
-        Records of the traces.
     values : ndarray, shape (n_record, n_instant)
         [unit]; NaN after the estimator diverged.
     time : ndarray, shape (n_instant,)
@@ -137,10 +134,6 @@ class Traces:
         Onset of the leak of a record [s]; NaN if it exists from the start.
     flow : ndarray, shape (n_record,)
         True mean leakage flow from the onset on [m³/s]; NaN if the run failed.
-    unit : str
-        SI.
-    direction : Direction
-        Direction of change of the score that means a leak.
     """
 
     records: StudyRecords
@@ -374,7 +367,7 @@ def winner_settings(stored: ExperimentData, sensors: Sequence[str]) -> dict[str,
         each.name
         for each in detection.judgements
         if each.keeps_its_rate is None
-        and comparable(found_from(each)) < comparable(found_from(best))
+        and comparable(each.found_from) < comparable(best.found_from)
         and within(each.scored, channels)
     ]
     if better:
@@ -382,7 +375,7 @@ def winner_settings(stored: ExperimentData, sensors: Sequence[str]) -> dict[str,
             f"{best.name} is the best score known to keep its false-alarm rate; undecided, as too few"
             f" records test it, but better: {', '.join(better[:_MOST_NAMED])}"
         )
-    if not found_from(best) < math.inf:
+    if not best.finds:
         _log.warning(f"{best.name} finds none of the tested leaks nine times in ten")
     study = stored.experiment.study
     is_drawn = study is not None and "wavelet.phase" in study.population.per_record

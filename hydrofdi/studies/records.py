@@ -105,11 +105,6 @@ class StudyRecords:
         """Rows of the records of a population."""
         return np.flatnonzero(self.of_record == self.populations.index(population))
 
-    def values(self, scored: Scored, populations: Sequence[Population]) -> Array:
-        """Scores of the records of some populations, one population after another."""
-        rows = [self.rows(population) for population in populations]
-        return scored.values[np.concatenate(rows)] if rows else np.empty(0)
-
     def n_missing(self, scored: Scored, population: Population) -> int:
         """Number of records of a population without a score."""
         return int(np.isnan(scored.values[self.rows(population)]).sum())
@@ -203,6 +198,16 @@ class Judgement:
     def bound(self) -> pod.DetectableSeverity | None:
         """q90/95; None if it is refused."""
         return self.smallest.get("q90_95")
+
+    @property
+    def found_from(self) -> float:
+        """q90/95 [unit of the severity]; infinite if no tested severity is detected or it is refused."""
+        return math.inf if self.bound is None or self.bound.value is None else self.bound.value
+
+    @property
+    def finds(self) -> bool:
+        """Whether a tested severity is found, whatever its false alarms are."""
+        return math.isfinite(self.found_from)
 
     def of(self, population: Population) -> Outcome[Rate | None] | None:
         """Outcome of a population; None if it is not tested."""
@@ -359,7 +364,7 @@ def ranked(judgements: Sequence[Judgement], *, is_labelled: bool = False) -> tup
 
 
 def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
-    area, smallest = judgement.middle_area, comparable(found_from(judgement))
+    area, smallest = judgement.middle_area, comparable(judgement.found_from)
     suspicion = 0.0 if math.isnan(area) else comparable(area)
     second = float(len(judgement.scored.channels)) if math.isfinite(smallest) else -_largest_rate(judgement)
     kept = _RANK_BY_RATE[judgement.keeps_its_rate]
@@ -370,7 +375,7 @@ def _place_by_control(judgement: Judgement) -> tuple[bool, bool, float, float, f
     return (
         judgement.stands_clear is False,
         judgement.keeps_its_rate is False,
-        comparable(found_from(judgement)),
+        comparable(judgement.found_from),
         -round(0.0 if math.isnan(judgement.middle_area) else judgement.middle_area, 2),
         max(0.0, comparable(judgement.healthy_spread)),  # NaN counts as 0
         judgement.name,
@@ -383,12 +388,6 @@ def _largest_rate(judgement: Judgement) -> float:
     return rates[0] if rates and math.isfinite(rates[0]) else 0.0
 
 
-def found_from(judgement: Judgement) -> float:
-    """q90/95 [unit of the severity]; infinite if no tested severity is detected or it is refused."""
-    value = None if judgement.bound is None else judgement.bound.value
-    return math.inf if value is None else value
-
-
 def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
     """Names of the Pareto-optimal scores in channels and q90/95.
 
@@ -397,9 +396,9 @@ def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
     are included.
     """
     able = [
-        (judgement.name, frozenset(judgement.scored.channels), comparable(found_from(judgement)))
+        (judgement.name, frozenset(judgement.scored.channels), comparable(judgement.found_from))
         for judgement in judgements
-        if judgement.keeps_its_rate and judgement.scored.channels and math.isfinite(found_from(judgement))
+        if judgement.keeps_its_rate and judgement.scored.channels and math.isfinite(judgement.found_from)
     ]
     return frozenset(
         name
@@ -491,13 +490,14 @@ def nuisances_of(
     """Sensitivity of a score to each nuisance, the variation between records last, and what is refused."""
     notes = Notes()
     alone = sorted(records.chosen(Kind.ALONE, is_fit=False), key=lambda each: each.name == NOTHING)
-    own = {each.name: records.values(scored, [each]) for each in alone}
+    own = {each.name: scored.values[records.rows(each)] for each in alone}
     if not own:
         return [], []
-    of_kind = [each for each in records.populations if each.kind is Kind.HEALTHY]
-    healthy = records.values(scored, of_kind)
+    healthy = np.concatenate(
+        [scored.values[records.rows(each)] for each in records.populations if each.kind is Kind.HEALTHY]
+    )
     faults = sorted(
-        (_severity(records, each), index, records.values(scored, [each]))
+        (_severity(records, each), index, scored.values[records.rows(each)])
         for index, each in enumerate(records.chosen(Kind.FAULT, is_fit=False))
     )
     response = None

@@ -12,7 +12,7 @@ from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.detectors.rules import make_score
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.execution.compute import Job, compute_columns, measured_columns
-from hydrofdi.report.detection.report import estimates_block
+from hydrofdi.report.detection.sections import estimates_block
 from hydrofdi.store.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
 from hydrofdi.studies.detecting import judge_estimates
 from hydrofdi.studies.reading import read_study

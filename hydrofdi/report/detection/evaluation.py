@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 from hydrofdi.evaluation.scores import Kind, comparable
-from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.record import detection_lines, detection_records, study_record
+from hydrofdi.report.detection.sections import remarks_with_counts
 from hydrofdi.report.detection.wording import FROM_LEVELS, severity_unit
 from hydrofdi.settings.messages import HOLE, counted, number_text, percentage
 from hydrofdi.studies.healthy import Left

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,7 @@ import numpy as np
 from hydrofdi.detectors.charts import AlarmLimit, Delays
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
-from hydrofdi.report.detection.populations import nuisance_records
-from hydrofdi.studies.records import ChartJudgement, Detection, Judgement, Outcome
+from hydrofdi.studies.records import ChartJudgement, Detection, Judgement, Nuisance, Outcome, nuisances_of
 from hydrofdi.tables.table import finite, numbers, plain
 from hydrofdi.units import convert
 
@@ -121,6 +121,27 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
             for each in judgement.healthy_pairs
         ]
     return record
+
+
+@lru_cache(maxsize=1024)
+def nuisances(detection: Detection, score: str) -> tuple[list[Nuisance], list[str]]:
+    """The nuisances of a score by its name, and what is refused; empty without records for them."""
+    (scored,) = (judgement.scored for judgement in detection.judgements if judgement.name == score)
+    return nuisances_of(detection.records, scored, confidence=detection.rules.confidence)
+
+
+def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
+    """The nuisances of a score as plain data; empty if the study has no records for them."""
+    unit = wording.severity_unit(detection)
+    return [
+        {
+            "parameter": each.parameter,
+            "alone": each.alone and numbers(each.alone, "value", "low", "high") | {"n": each.alone.n_record},
+            "imitates": each.imitated
+            and {"place": each.imitated.place, unit.key: unit.value(each.imitated.severity)},
+        }
+        for each in nuisances(detection, score)[0]
+    ]
 
 
 def _stated_severity(unit: wording.SeverityUnit, population: Population) -> float | None:

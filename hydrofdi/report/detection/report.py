@@ -10,9 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.report.detection import answer, populations, record
-from hydrofdi.report.detection.record import run_length_lines
-from hydrofdi.report.detection.wording import finds
+from hydrofdi.report.detection import record, sections
 from hydrofdi.report.document import (
     Block,
     Document,
@@ -24,21 +22,11 @@ from hydrofdi.report.document import (
     provenance_block,
     remarks_block,
 )
-from hydrofdi.report.runs import joined
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.names import STATUS
-from hydrofdi.studies.detecting import (
-    ERROR,
-    REFERENCE_PRESSURE,
-    estimated,
-    judge_charts,
-    judge_estimates,
-    judge_study,
-    winner,
-)
+from hydrofdi.store.names import MISSING, STATUS
+from hydrofdi.studies.detecting import judge_charts, judge_estimates, judge_study, winner
 from hydrofdi.studies.reading import uses_extra
 from hydrofdi.studies.records import Detection
-from hydrofdi.tables.table import Table, group_breaks
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
@@ -80,9 +68,13 @@ class DetectionReport:
         return [judge_estimates(data, each.records) for each in self.detections] if data else []
 
     @property
+    def _n_computed(self) -> int:
+        return int((self.data.columns[STATUS].astype(str) != MISSING).sum()) if self.data else 0
+
+    @property
     def is_complete(self) -> bool:
         """Whether no record is still to come."""
-        return self.data is None or populations.n_computed_of(self.data) == self.data.n_run
+        return self.data is None or self._n_computed == self.data.n_run
 
     @property
     def has_results(self) -> bool:
@@ -96,7 +88,7 @@ class DetectionReport:
 
     @property
     def _without_noise(self) -> tuple[str, ...]:
-        return populations.without_noise(self.data.experiment, self.detections[0]) if self.data else ()
+        return sections.without_noise(self.data.experiment, self.detections[0]) if self.data else ()
 
     def document(self) -> Document:
         """The sections of the report."""
@@ -105,20 +97,20 @@ class DetectionReport:
         after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
-        best = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
+        best = sections.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing),
             *(doubts_blocks(data) if data else ()),
             *answers(best, self._training),
-            populations.populations_block(first, data.experiment if data else None),
-            answer.ranking_block(first),
-            answer.false_alarms_block(first),
-            run_lengths_block(first) if first.charts and is_complete else None,
-            answer.levels_block(first),
-            estimates_block(data, self.estimates[0]) if data else None,
-            populations.why_block(first) if is_complete else None,
-            answer.designs_block(self.detections) if is_complete else None,
-            answer.remarks_block(first),
+            sections.populations_block(first, data.experiment if data else None),
+            sections.ranking_block(first),
+            sections.false_alarms_block(first),
+            sections.run_lengths_block(first) if first.charts and is_complete else None,
+            sections.levels_block(first),
+            sections.estimates_block(data, self.estimates[0]) if data else None,
+            sections.why_block(first) if is_complete else None,
+            sections.designs_block(self.detections) if is_complete else None,
+            sections.remarks_block(first),
             *after,
         )
         return document_of(self.name, _LEAD, blocks)
@@ -126,7 +118,7 @@ class DetectionReport:
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
         data = self.data
-        runs = {"runs_computed": populations.n_computed_of(data), "runs_planned": data.n_run} if data else {}
+        runs = {"runs_computed": self._n_computed, "runs_planned": data.n_run} if data else {}
         return {
             "experiment": self.name,
             "is_complete": self.is_complete,
@@ -146,7 +138,7 @@ class DetectionReport:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
         lines = [*record.detection_lines(self.detections)]
         for each in self.detections:
-            lines += (record.design_record(each) | line for line in run_length_lines(each))
+            lines += (record.design_record(each) | line for line in record.run_length_lines(each))
         headers = dict.fromkeys(header for line in lines for header in line)
         return {header: [line.get(header) for line in lines] for header in headers}
 
@@ -162,7 +154,7 @@ class DetectionReport:
     def _training(self) -> Block | None:
         """The command that trains the winner, if it finds anything."""
         best = winner(self.detections[0])
-        if self.data is None or not self.is_complete or best is None or not finds(best):
+        if self.data is None or not self.is_complete or best is None or not best.finds:
             return None
         folder = shlex.quote(str(self.data.path.parent))
         command = f"hydrofdi train {folder} --best --out detector.json"
@@ -178,56 +170,3 @@ def _with_extra(data: ExperimentData) -> ExperimentData:
     if not uses_extra(data.experiment.detection):
         return data
     return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
-
-
-_CHARTS = (
-    "Charts leave out the transient of the estimator and restart after each alarm. Healthy fit records, "
-    "resampled whole and joined, set the limits; all results come from other records. A delay is the"
-    " time from the onset of a leak to the first alarm after it; alarms before it are false ones (early)."
-)
-
-
-_DULL = ("unit", "kind", "not_measurable")
-
-
-def run_lengths_block(detection: Detection) -> Block:
-    """Delays of detection for each time between false alarms, alarms, and why a chart has none."""
-    lines, confidence = [*run_length_lines(detection)], f"{100.0 * detection.rules.confidence:g} %"
-    refusals = [record.chart_record(chart) | {"refused": why}
-                for chart in detection.charts for why in chart.refusals]  # fmt: skip
-    note = f"low, high: {confidence} interval. –: longer than the records, or no alarm in them."
-    delays = [line for line in lines if "found" in line]
-    alarms = [line for line in lines if "alarms" in line]
-    title = "Mean time between false alarms, as measured"
-    tables = (
-        Table.of_records(delays, _DULL, title="Delay after the onset", key="delays"),
-        Table.of_records(alarms, _DULL, title=title, key="times-between-false-alarms", notes=(note,)),
-        Table.of_records(refusals, _DULL, title="Not stated"),
-    )
-    figures = ("delays",) if any(chart.delays for chart in detection.charts) else ()
-    return Block("run-lengths", "Delay in operation", (_CHARTS,), tables, figures)
-
-
-_ORDER = (
-    "The truth is known only for simulated records, and no indicator sees it. Error: estimate minus truth."
-)
-
-
-def estimates_block(data: ExperimentData, rows: list[dict[str, Any]]) -> Block | None:
-    """How far estimates are from the truth; None if nothing is estimated."""
-    if not rows:
-        return None
-    level = f"{100.0 * data.experiment.detection.confidence:g} %"
-    note = (
-        f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. Deviations: 1σ of the errors, and as"
-        f" stated (root mean square). Covered: share of the records whose stated {level} interval contains"
-        f" the truth, with its {level} interval."
-    )
-    if data.experiment.leakage.onset != "constant":
-        note += " Faults are left out: leaks set in during the record, so there is no single true value."
-    if without := [name for name, _ in estimated(data) if f"{name}{ERROR}" not in data.columns]:
-        note += f" Not listed because they state no deviation: {joined(without)}."
-    breaks = group_breaks([(row["indicator"], row["quantity"]) for row in rows])
-    title = "Estimates against the truth"
-    table = Table.of_records(rows, title=title, key="estimates", notes=(note,), breaks=breaks)
-    return Block("estimates", "Estimates", (_ORDER,), (table,))

@@ -22,20 +22,10 @@ _IN_WORDS = {0.1: "ten", 0.01: "a hundred", 0.001: "a thousand"}
 
 @dataclass(frozen=True)
 class SeverityUnit:
-    """The unit in which a person reads the severities of a study.
+    """The unit in which a person reads the severities of a study, such as L/min of leakage.
 
-    Attributes
-    ----------
-    name : str
-        Such as ``L/min``.
-    quantity : str
-        What is measured in it.
-    key, suffix : str
-        Start and end of the keys of plain data.
-    largest : float
-        Largest nominal severity that is tested, in SI.
-    per_mean_flow : float
-        Flow of the same leak at 8 MPa, per mean flow in the record; NaN if unknown.
+    `key`, `suffix`: start and end of the keys of plain data. `largest`: largest severity tested [SI].
+    `per_mean_flow`: flow of the same leak at 8 MPa, per mean flow in the record; NaN if unknown.
     """
 
     name: str
@@ -155,13 +145,8 @@ def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
 
 def answers(detection: Detection) -> tuple[Judgement, ...]:
     """The best detectors that find a fault, and a smaller one than others with fewer sensors; best first."""
-    able = filter(finds, dict.fromkeys(best_with_sensors(detection).values()))
+    able = (each for each in dict.fromkeys(best_with_sensors(detection).values()) if each.finds)
     return tuple(each for each in able if not each.scored.channels or each.name in detection.pareto)
-
-
-def finds(judgement: Judgement) -> bool:
-    """Whether a tested severity is found, whatever its false alarms are."""
-    return judgement.bound is not None and judgement.bound.value is not None
 
 
 def wavelet_rules(detection: Detection) -> tuple[Judgement, ...]:
@@ -175,7 +160,7 @@ def foremost(detection: Detection, most: int) -> tuple[Judgement, ...]:
     Sets of sensors with which nothing is found come after the wavelet rules.
     """
     named = wavelet_rules(detection)
-    best = sorted(dict.fromkeys(best_with_sensors(detection).values()), key=lambda each: not finds(each))
+    best = sorted(dict.fromkeys(best_with_sensors(detection).values()), key=lambda each: not each.finds)
     room = max(most - len(named), 1)
     chosen = [*dict.fromkeys((*best[:room], *named, *best[room:], *detection.judgements))][:most]
     return tuple(judgement for judgement in detection.judgements if judgement in chosen)

@@ -11,9 +11,8 @@ import pytest
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind
-from hydrofdi.report.detection.answer import answer_block, designs_block
-from hydrofdi.report.detection.populations import why_block
 from hydrofdi.report.detection.record import detection_records
+from hydrofdi.report.detection.sections import answer_block, designs_block, why_block
 from hydrofdi.report.detection.wording import best_with_sensors, sensors
 from hydrofdi.report.page import render_json
 from hydrofdi.studies.detecting import detect

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.detectors.rules import Rules
-from hydrofdi.report.detection.report import run_lengths_block
+from hydrofdi.report.detection.sections import run_lengths_block
 from hydrofdi.studies.records import Detection
 from tests.commands import run, run_json
 from tests.studies.test_run_lengths import EVERY, LARGE, judged, traces

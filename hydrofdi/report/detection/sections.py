@@ -1,4 +1,4 @@
-"""What is found with which sensors and why not more, and the tables of all scores behind it."""
+"""The sections on a judged study: what is found, and the tables behind it."""
 
 from __future__ import annotations
 
@@ -6,17 +6,24 @@ import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
-from hydrofdi.config.values import shown_value
-from hydrofdi.evaluation.scores import Kind, Population
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.study import StudyConfig
+from hydrofdi.config.values import shown_value, shown_values
+from hydrofdi.evaluation.scores import NOTHING, Kind, Population, comparable
+from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
+from hydrofdi.report.detection.record import chart_record, nuisances, run_length_lines
 from hydrofdi.report.document import Block
 from hydrofdi.report.runs import capitalized, joined
 from hydrofdi.settings.messages import HOLE, counted, two_digits
-from hydrofdi.studies.records import Detection, Judgement
-from hydrofdi.tables.table import Column, Table
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.studies.detecting import ERROR, REFERENCE_PRESSURE, estimated
+from hydrofdi.studies.records import Detection, Judgement, Nuisance
+from hydrofdi.tables.table import Column, Table, group_breaks
 
 _MOST, _MOST_REMARKS = 5, 30
 """Rows of the table of the answer, and remarks on scores."""
@@ -97,7 +104,10 @@ def answer_sentence(detection: Detection) -> str:
         f"{wording.probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
         f" at {wording.false_alarms_in_words(asked.false_alarm_rate)}"
     )
-    found = (*wording.answers(detection), *(() if best else filter(wording.finds, detection.judgements)))
+    found = (
+        *wording.answers(detection),
+        *(() if best else (each for each in detection.judgements if each.finds)),
+    )
     if not found:
         largest = [unit.found(each.bound).removeprefix("> ") for each in best.values()][:1]
         none = [f"no {unit.quantity} up to {each} {unit.name}".rstrip() for each in largest]
@@ -300,3 +310,180 @@ def _label(first: Detection, detection: Detection) -> str:
         if detection is first or first.records.design.get(name) != value:
             names[shown_value(name, value)].append(name)
     return ", ".join(f"{', '.join(alike)} = {value}" for value, alike in names.items()) or "as configured"
+
+
+_KINDS = {
+    (Kind.HEALTHY, True): "healthy, for thresholds",
+    (Kind.HEALTHY, False): "healthy, for testing",
+    (Kind.FAULT, True): "leaking, for training",
+    (Kind.FAULT, False): "leaking, for testing",
+    (Kind.SHIFT, False): "healthy, shifted",
+    (Kind.CONFUSION, False): "another fault",
+}
+_GROUPS = {Kind.HEALTHY: "healthy", Kind.FAULT: "leaking"}
+_SECTIONS = {
+    Channel.CHAMBER_1_PRESSURE: "pressure_1_sensor",
+    Channel.CHAMBER_2_PRESSURE: "pressure_2_sensor",
+    Channel.SUPPLY_PRESSURE: "supply_sensor",
+    Channel.PISTON_POSITION: "position_sensor",
+    Channel.PISTON_VELOCITY: "velocity_sensor",
+    Channel.SPOOL_POSITION: "spool_sensor",
+    Channel.OIL_TEMPERATURE: "temperature_sensor",
+}
+
+
+def populations_block(detection: Detection, experiment: ExperimentConfig | None) -> Block:
+    """The populations, and for a simulated study what varies."""
+    study = experiment.study if experiment else None
+    tables = [_populations_table(detection, study)]
+    if experiment and study:
+        drawn = {**study.population.over, **study.population.per_record}
+        varied = {name: shown_value(name, own) for name, own in drawn.items() if not name.endswith("seed")}
+        title = "What varies in all fault-free populations"
+        columns = {"Parameter": [*varied], "Values": [*varied.values()]}
+        tables.append(Table.of(columns, title=title, key="varied"))
+    return Block("populations", "The records", (_FIT,), tuple(tables))
+
+
+def _populations_table(detection: Detection, study: StudyConfig | None) -> Table:
+    unit, records = wording.severity_unit(detection), detection.records
+    changes = {**study.shifts, **study.confusions} if study else {}
+    shown = [population for population in records.populations if population.kind is not Kind.ALONE]
+    rows: list[tuple[Any, ...]] = []
+    for each in shown:
+        severity = records.severity[records.rows(each)]
+        known = severity[np.isfinite(severity)]
+        true = unit.value(float(known.mean())) if known.size else None
+        kind = _KINDS.get((each.kind, each.is_fit), str(each.kind))
+        differs = shown_values(changes.get(each.name, {}))
+        rows.append((each.name, kind, severity.size, unit.value(each.severity), true, differs))
+    if alone := records.chosen(Kind.ALONE, is_fit=False):
+        n = sum(records.rows(each).size for each in alone)
+        rows.append(("each nuisance alone", "healthy, for explanation", n, None, None, ""))
+    note = f"True mean: mean {unit.quantity} over each record, averaged over the records."
+    nominal, mean = f"{unit.quantity.capitalize()}{unit.bracket}", f"True mean{unit.bracket}"
+    heads = ("Population", "Kind", "Records", nominal, mean, "What differs")
+    breaks = group_breaks([_GROUPS.get(each.kind) for each in shown])
+    columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
+    return Table.of(columns, title="Populations", key="populations", notes=(note,), breaks=breaks)
+
+
+def without_noise(experiment: ExperimentConfig, detection: Detection) -> tuple[str, ...]:
+    """Symbols of measured signals without noise that the best score with some set of sensors uses.
+
+    The voltage is a command, which is known.
+    """
+    used = {
+        channel for each in wording.best_with_sensors(detection).values() for channel in each.scored.channels
+    }
+    drawn = experiment.study.population.over if experiment.study else {}
+    chosen = {**detection.records.design, **drawn}
+    return tuple(
+        channel.symbol
+        for channel, section in _SECTIONS.items()
+        if channel.value in used
+        and not any(
+            chosen.get(name, experiment.value(name))
+            for name in (f"{section}.noise", f"{section}.noise_density")
+        )
+    )
+
+
+_FIT = "Thresholds are set only on healthy fit records, results come from others."
+_WHY = (
+    "All records here are healthy; what differs from record to record on one actuator has a row of its own."
+    " Alone: central 90 % range of the score while only this varies, relative to the range while all vary,"
+    " with its interval. Looks like: the severity that a healthy record in twenty looks like, or more."
+    " Further nuisances are in JSON."
+)
+_MOST_MOVED, _MOST_ROWS = 8, 6
+"""Scores that are shown, and nuisances of each."""
+
+
+def why_block(detection: Detection) -> Block | None:
+    """Which nuisance moves which score, the best with each set of sensors; None without records for it."""
+    best = wording.best_with_sensors(detection).values()
+    chosen = dict.fromkeys((*best, *wording.wavelet_rules(detection), *detection.judgements[:1]))
+    by_score = {each.name: nuisances(detection, each.name) for each in [*chosen][:_MOST_MOVED]}
+    shown, unit = {name: own for name, (own, _) in by_score.items() if own}, wording.severity_unit(detection)
+    if not shown:
+        return None
+
+    def size(nuisance: Nuisance) -> float:
+        return float(comparable(nuisance.alone.value)) if nuisance.alone else -math.inf
+
+    def texts(nuisance: Nuisance) -> tuple[str, str, str]:
+        """A share in percent with its interval, such as ``26 (4 … 55)``, and the leak that it looks like."""
+        alone, leak, share, looks = nuisance.alone, nuisance.imitated, HOLE, HOLE
+        if alone is not None:
+            value, low, high = (f"{100.0 * part:.0f}" for part in (alone.value, alone.low, alone.high))
+            share = f"{value} ({low} … {high})".replace(" ", "\N{NO-BREAK SPACE}")
+        if leak is not None:
+            sign = {"below": "<", "above": ">"}.get(leak.place, "")
+            looks = sign + two_digits(unit.value(leak.severity))
+        return "record to record" if nuisance.parameter == NOTHING else nuisance.parameter, share, looks
+
+    rows = [
+        (name, *texts(each))
+        for name, own in shown.items()
+        for each in [*sorted(own[:-1], key=size, reverse=True)[:_MOST_ROWS], *own[-1:]]
+    ]
+    heads = ("Score", "Nuisance", "Alone [%]", f"Looks like{unit.bracket}")
+    columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
+    table = Table.of(columns, key="nuisances", n_lead=2, breaks=group_breaks([name for name, *_ in rows]))
+    refused = dict.fromkeys(refusal for _, refusals in by_score.values() for refusal in refusals)
+    said = (_WHY, *(f"Not stated for some: {refusal}." for refusal in refused))
+    return Block("why", "Why: what moves healthy scores", said, (table,))
+
+
+_CHARTS = (
+    "Charts leave out the transient of the estimator and restart after each alarm. Healthy fit records, "
+    "resampled whole and joined, set the limits; all results come from other records. A delay is the"
+    " time from the onset of a leak to the first alarm after it; alarms before it are false ones (early)."
+)
+
+
+_DULL = ("unit", "kind", "not_measurable")
+
+
+def run_lengths_block(detection: Detection) -> Block:
+    """Delays of detection for each time between false alarms, alarms, and why a chart has none."""
+    lines, confidence = [*run_length_lines(detection)], f"{100.0 * detection.rules.confidence:g} %"
+    refusals = [chart_record(chart) | {"refused": why}
+                for chart in detection.charts for why in chart.refusals]  # fmt: skip
+    note = f"low, high: {confidence} interval. –: longer than the records, or no alarm in them."
+    delays = [line for line in lines if "found" in line]
+    alarms = [line for line in lines if "alarms" in line]
+    title = "Mean time between false alarms, as measured"
+    tables = (
+        Table.of_records(delays, _DULL, title="Delay after the onset", key="delays"),
+        Table.of_records(alarms, _DULL, title=title, key="times-between-false-alarms", notes=(note,)),
+        Table.of_records(refusals, _DULL, title="Not stated"),
+    )
+    figures = ("delays",) if any(chart.delays for chart in detection.charts) else ()
+    return Block("run-lengths", "Delay in operation", (_CHARTS,), tables, figures)
+
+
+_ORDER = (
+    "The truth is known only for simulated records, and no indicator sees it. Error: estimate minus truth."
+)
+
+
+def estimates_block(data: ExperimentData, rows: list[dict[str, Any]]) -> Block | None:
+    """How far estimates are from the truth; None if nothing is estimated."""
+    if not rows:
+        return None
+    level = f"{100.0 * data.experiment.detection.confidence:g} %"
+    note = (
+        f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. Deviations: 1σ of the errors, and as"
+        f" stated (root mean square). Covered: share of the records whose stated {level} interval contains"
+        f" the truth, with its {level} interval."
+    )
+    if data.experiment.leakage.onset != "constant":
+        note += " Faults are left out: leaks set in during the record, so there is no single true value."
+    if without := [name for name, _ in estimated(data) if f"{name}{ERROR}" not in data.columns]:
+        note += f" Not listed because they state no deviation: {joined(without)}."
+    breaks = group_breaks([(row["indicator"], row["quantity"]) for row in rows])
+    title = "Estimates against the truth"
+    table = Table.of_records(rows, title=title, key="estimates", notes=(note,), breaks=breaks)
+    return Block("estimates", "Estimates", (_ORDER,), (table,))

@@ -41,10 +41,10 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
     test records, each healthy group is tested at the threshold of the others. Detections are only stated if
     the false-alarm rate was measured.
     """
-    case = _Case(records, scored, rules, Notes())
+    case = _Case(records=records, scored=scored, rules=rules)
     fit = case.part(records.chosen(Kind.HEALTHY, is_fit=True))
     direction = case.direction(fit)
-    threshold = case.notes.unless_refused(lambda: rules.set_threshold(fit.scores, direction))
+    threshold = case.unless_refused(lambda: rules.set_threshold(fit.scores, direction))
     false_alarms = {} if threshold is None else case.false_alarms(threshold, direction)
     floor = None if threshold is None else case.floor(false_alarms)
     stated = None if floor is None else threshold
@@ -60,29 +60,27 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
         outcomes.append(Outcome(population, severity, detected, case.area(own, reference), is_counted))
     found: dict[str, Any] = {}
     if stated is not None and floor is not None and faulty:
-        found = detectability(list(faulty.values()), stated, floor, rules, case.notes, n_tried)
-    case.remark_missing(faulty)
-    case.remark_equal(fit)
+        found = detectability(list(faulty.values()), stated, floor, rules, case, n_tried)
+    case.remark(fit, faulty)
     return Judgement(
         scored=scored,
         direction=direction,
         threshold=threshold,
         outcomes=tuple(outcomes),
         healthy_pairs=case.healthy_pairs(fit, direction),
-        refusals=tuple(dict.fromkeys(case.notes.refusals)),
-        remarks=tuple(dict.fromkeys(case.notes.remarks)),
+        refusals=tuple(dict.fromkeys(case.refusals)),
+        remarks=tuple(dict.fromkeys(case.remarks)),
         **found,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Case:
+@dataclass(eq=False, kw_only=True)
+class _Case(Notes):
     """The score under evaluation and its remarks."""
 
     records: StudyRecords
     scored: Scored
     rules: Rules
-    notes: Notes
 
     def part(self, populations: Collection[Population]) -> Part:
         return part(self.records, self.scored, populations)
@@ -99,13 +97,11 @@ class _Case:
                 over_groups = rates.clustered_area if n_group >= rates.MANY_GROUPS else rates.grouped_area
                 state = partial(over_groups, healthy_groups=healthy.groups, faulty_groups=faulty.groups)
             else:
-                self.notes.remarks.append(
+                self.remarks.append(
                     f"fewer than {rates.FEWEST_GROUPS} groups: intervals of areas assume independent records,"
                     " and are too short"
                 )
-        return self.notes.unless_refused(
-            lambda: state(below, of(faulty.scores), confidence=self.rules.confidence)
-        )
+        return self.unless_refused(lambda: state(below, of(faulty.scores), confidence=self.rules.confidence))
 
     def direction(self, fit: Part) -> Direction:
         if self.scored.direction is not None:
@@ -113,11 +109,11 @@ class _Case:
         faulty = self.part(self.records.chosen(Kind.FAULT, is_fit=True)).scores
         learned = None
         if faulty.size:
-            learned = self.notes.unless_refused(
+            learned = self.unless_refused(
                 lambda: rates.learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
             )
         if learned is None:
-            self.notes.remarks.append(
+            self.remarks.append(
                 "neither its definition nor faulty fit records determine its direction: both directions alarm"
             )
         return learned or Direction.BOTH
@@ -137,17 +133,13 @@ class _Case:
             own = self.part([population])
             if own.groups is None:
                 continue
-            outcomes = self.notes.unless_refused(
-                partial(rates.left_out_outcomes, own.scores, own.groups, rule)
-            )
+            outcomes = self.unless_refused(partial(rates.left_out_outcomes, own.scores, own.groups, rule))
             if outcomes is not None:
                 stated[population] = rates.alarm_rate(
                     outcomes, groups=own.groups, confidence=self.rules.confidence
                 )
         if stated:
-            self.notes.remarks.append(
-                "each healthy group is tested at the threshold of the other healthy groups"
-            )
+            self.remarks.append("each healthy group is tested at the threshold of the other healthy groups")
         return stated
 
     def _threshold_of_others(self, scores: Array, direction: Direction) -> Threshold:
@@ -168,32 +160,29 @@ class _Case:
         """False-alarm rate measured on healthy records; None if no healthy record was tested."""
         healthy = [rate for each, rate in false_alarms.items() if each.kind is Kind.HEALTHY and rate.total]
         if not healthy:
-            self.notes.refusals.append(
+            self.refusals.append(
                 "no healthy record was tested, so the false-alarm rate is unknown and detections are not"
                 " stated"
             )
             return None
         return sum(rate.count for rate in healthy) / sum(rate.total for rate in healthy)
 
-    def remark_equal(self, fit: Part) -> None:
-        """Add a remark if records look like one record counted several times."""
-        known = fit.scores[~np.isnan(fit.scores)]
-        if known.size > 1 and np.all(known == known[0]):
-            self.notes.remarks.append(
-                f"all {known.size} healthy fit records have the same score: rates and intervals hold for"
-                " independent records, and these may be one record"
-            )
-
-    def remark_missing(self, faulty: Mapping[Population, Part]) -> None:
-        """Add a remark on faulty records without a score, which count as missed."""
+    def remark(self, fit: Part, faulty: Mapping[Population, Part]) -> None:
+        """Add remarks if faulty records are missed, and if records look like one counted several times."""
         missing = [
             f"{own.n_missing} of {own.scores.size} at {population.name!r}"
             for population, own in faulty.items()
             if own.n_missing
         ]
         if missing:
-            self.notes.remarks.append(
+            self.remarks.append(
                 f"faulty records without a score raise no alarm and count as missed: {', '.join(missing)}"
+            )
+        known = fit.scores[~np.isnan(fit.scores)]
+        if known.size > 1 and np.all(known == known[0]):
+            self.remarks.append(
+                f"all {known.size} healthy fit records have the same score: rates and intervals hold for"
+                " independent records, and these may be one record"
             )
 
 
@@ -290,12 +279,7 @@ class TestedLevels:
         }
 
     def bound(
-        self,
-        probability: float,
-        confidence: float,
-        curves: Sequence[pod.PodCurve] = (),
-        *,
-        is_sure: bool = False,
+        self, probability: float, confidence: float, curves: Sequence[pod.PodCurve], *, is_sure: bool
     ) -> pod.DetectableSeverity:
         """Bound from the curves; if these are not sure, at most the bound from the levels."""
         needed = records_needed(1.0 - probability, confidence)
@@ -364,43 +348,32 @@ def detectability(
     used: Sequence[pod.PodCurve] = ()
     if is_described and all(level.groups is None for level in known):
         used = curves if has_curve else tested.curves_with_one_miss_more(floor)
-    smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes, n_tried)
+    confidences = {"q90_95": rules.confidence}
+    if n_tried > 1:
+        confidences["q90_95_of_all"] = rates.simultaneous_confidence(rules.confidence, n_tried)
+    bounds: dict[str, pod.DetectableSeverity] = {}
+    for name, confidence in confidences.items():
+        stated = partial(tested.bound, rules.probability, confidence, used, is_sure=has_curve)
+        if (bound := notes.unless_refused(stated)) is not None:
+            bounds[name] = bound
+    estimates = tested.estimates(curves[0] if has_curve else None, rules.probability)
+    bound = bounds.get("q90_95")
+    if bound is not None and _upper(estimates["q90"]) > _upper(bound):
+        estimates = tested.estimates(used[0] if bound.source == "curve" else None, rules.probability)
     if not has_curve:
         why = "fewer than two tested levels lie on the slope of the curve of detection"
         if not is_described:
             why = f"the curve of detection does not describe the hits and misses (p = {fit:.2g})"
         notes.remarks.append(f"{why}: severities come from tested levels, or a curve with one more miss")
     bounding = tuple(_plausible(used, rules.confidence))
-    return {"curve": curves[0], "lack_of_fit": fit, "smallest": smallest, "bounding": bounding}
+    found = {"curve": curves[0], "lack_of_fit": fit, "bounding": bounding}
+    return {**found, "smallest": estimates | bounds}
 
 
 def _with_severity(level: Part) -> Part:
     rows = np.flatnonzero((level.severity > 0.0) & np.isfinite(level.severity))
     groups = None if level.groups is None else [level.groups[row] for row in rows]
     return Part(level.scores[rows], level.severity[rows], groups)
-
-
-def _smallest(
-    curve: pod.PodCurve | None,
-    used: Sequence[pod.PodCurve],
-    tested: TestedLevels,
-    rules: Rules,
-    notes: Notes,
-    n_tried: int,
-) -> dict[str, pod.DetectableSeverity]:
-    """Estimates from the curve, or else from the levels; bounds from the curves that are used."""
-    confidences = {"q90_95": rules.confidence}
-    if n_tried > 1:
-        confidences["q90_95_of_all"] = rates.simultaneous_confidence(rules.confidence, n_tried)
-    bounds: dict[str, pod.DetectableSeverity] = {}
-    for name, confidence in confidences.items():
-        stated = partial(tested.bound, rules.probability, confidence, used, is_sure=curve is not None)
-        if (bound := notes.unless_refused(stated)) is not None:
-            bounds[name] = bound
-    estimates, bound = tested.estimates(curve, rules.probability), bounds.get("q90_95")
-    if bound is not None and _upper(estimates["q90"]) > _upper(bound):
-        estimates = tested.estimates(used[0] if bound.source == "curve" else None, rules.probability)
-    return estimates | bounds
 
 
 def _upper(bound: pod.DetectableSeverity) -> float:

@@ -48,7 +48,6 @@ class Scored:
     values: Array
     channels: tuple[str, ...] = ()
     unit: str = "1"
-    long_name: str = ""
     direction: Direction | None = None
     cost: float | None = None
     note: str = ""
@@ -225,11 +224,6 @@ class Judgement:
         return {one: rate for one, rate in pairs if one.kind is not Kind.FAULT and rate is not None}
 
     @property
-    def counted(self) -> frozenset[Population]:
-        """Populations with too few records for a rate."""
-        return frozenset(each.population for each in self.outcomes if each.is_counted)
-
-    @property
     def keeps_its_rate(self) -> bool | None:
         """Whether healthy test records and shifts are compatible with the false-alarm rate of the threshold.
 
@@ -238,11 +232,11 @@ class Judgement:
         records for a rate. Confusions are not included: they have another fault, so their alarms are
         justified.
         """
-        tested = {each for each in self.false_alarms if each.kind is not Kind.CONFUSION}
-        if tested & set(self.exceeded):
+        tested = [each for each in self.outcomes if each.population.kind in (Kind.HEALTHY, Kind.SHIFT)]
+        if any(each.population in self.exceeded for each in tested):
             return False
-        is_known = any(each.kind is Kind.HEALTHY for each in tested) and not tested & self.counted
-        return True if is_known else None
+        is_known = any(each.population.kind is Kind.HEALTHY for each in tested)
+        return True if is_known and not any(each.is_counted for each in tested) else None
 
     @property
     def exceeded(self) -> tuple[Population, ...]:
@@ -469,14 +463,9 @@ class Notes:
 class Nuisance:
     """Effect of one nuisance alone on a healthy score; None if there is no result.
 
-    Attributes
-    ----------
-    parameter : str
-        Dotted name; ``nothing`` for the variation between records of one actuator.
-    alone : Spread or None
-        Inner 90 % range of the score if only this nuisance varies, relative to the range if all vary.
-    imitated : EquivalentFault or None
-        As from `Response.imitated`.
+    `parameter`: dotted name; ``nothing`` for the variation between records of one actuator. `alone`: inner
+    90 % range of the score if only this nuisance varies, relative to the range if all vary. `imitated`: as
+    from `Response.imitated`.
     """
 
     parameter: str

@@ -215,7 +215,7 @@ def test_of_equal_areas_the_quieter_control_comes_first():
     ramp = np.arange(10.0)
     moved = np.concatenate([ramp, ramp + 4.0, ramp + 100.0])
     quiet = np.concatenate([ramp, ramp + 0.5, ramp + 100.0])
-    scores = [Scored(name, values, (), "1", "", Direction.RISING) for name, values in
+    scores = [Scored(name, values, direction=Direction.RISING) for name, values in
               (("a_moved", moved), ("z_quiet", quiet))]  # fmt: skip
     rules = Rules(false_alarm_rate=0.2)
     found = [each.scored.name for each in detect(records, scores, rules).judgements]

@@ -125,7 +125,7 @@ def test_too_few_records_are_refused_with_the_number_needed():
     assert judgement.levels[0].found.count == 13
     assert judgement.bound is None
     assert any("needs 29 faulty records" in refusal for refusal in judgement.refusals)
-    assert judgement.counted == {STIFFER, LEVELS[8]}
+    assert [each.population for each in judgement.outcomes if each.is_counted] == [STIFFER, LEVELS[8]]
 
 
 @pytest.mark.parametrize("is_step", [True, False])

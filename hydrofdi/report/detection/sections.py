@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.study import StudyConfig
 from hydrofdi.config.values import shown_value, shown_values
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population, comparable
 from hydrofdi.records import Channel
@@ -335,17 +334,6 @@ _SECTIONS = {
 def populations_block(detection: Detection, experiment: ExperimentConfig | None) -> Block:
     """The populations, and for a simulated study what varies."""
     study = experiment.study if experiment else None
-    tables = [_populations_table(detection, study)]
-    if experiment and study:
-        drawn = {**study.population.over, **study.population.per_record}
-        varied = {name: shown_value(name, own) for name, own in drawn.items() if not name.endswith("seed")}
-        title = "What varies in all fault-free populations"
-        columns = {"Parameter": [*varied], "Values": [*varied.values()]}
-        tables.append(Table.of(columns, title=title, key="varied"))
-    return Block("populations", "The records", (_FIT,), tuple(tables))
-
-
-def _populations_table(detection: Detection, study: StudyConfig | None) -> Table:
     unit, records = wording.severity_unit(detection), detection.records
     changes = {**study.shifts, **study.confusions} if study else {}
     shown = [population for population in records.populations if population.kind is not Kind.ALONE]
@@ -364,8 +352,15 @@ def _populations_table(detection: Detection, study: StudyConfig | None) -> Table
     nominal, mean = f"{unit.quantity.capitalize()}{unit.bracket}", f"True mean{unit.bracket}"
     heads = ("Population", "Kind", "Records", nominal, mean, "What differs")
     breaks = group_breaks([_GROUPS.get(each.kind) for each in shown])
-    columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
-    return Table.of(columns, title="Populations", key="populations", notes=(note,), breaks=breaks)
+    columns: dict[str, Any] = dict(zip(heads, zip(*rows, strict=True), strict=True))
+    tables = [Table.of(columns, title="Populations", key="populations", notes=(note,), breaks=breaks)]
+    if study:
+        drawn = {**study.population.over, **study.population.per_record}
+        varied = {name: shown_value(name, own) for name, own in drawn.items() if not name.endswith("seed")}
+        title = "What varies in all fault-free populations"
+        columns = {"Parameter": [*varied], "Values": [*varied.values()]}
+        tables.append(Table.of(columns, title=title, key="varied"))
+    return Block("populations", "The records", (_FIT,), tuple(tables))
 
 
 def without_noise(experiment: ExperimentConfig, detection: Detection) -> tuple[str, ...]:

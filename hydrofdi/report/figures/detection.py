@@ -254,9 +254,9 @@ def draw_false_alarms(detection: Detection) -> Any:
         root_percent_axis(axis, highest)
         mark = marks[sensors(judgement)]
         for row, population in enumerate(populations):
-            rate = judgement.false_alarms.get(population)
-            if rate is not None and rate.total:
-                face = {"markerfacecolor": PAPER} if population in judgement.counted else {}
+            outcome = judgement.of(population)
+            if outcome is not None and (rate := outcome.found) is not None and rate.total:
+                face = {"markerfacecolor": PAPER} if outcome.is_counted else {}
                 ends = [100.0 * rate.low, 100.0 * rate.high]
                 axis.plot(ends, [row, row], color=mark["color"], linewidth=1.2)
                 style = {**mark, **face, "markersize": 5, "linestyle": "none", "clip_on": False}

@@ -94,7 +94,9 @@ class DetectionReport:
         """The sections of the report."""
         first, data, is_complete = self.detections[0], self.data, self.is_complete
         missing = (remarks_block(data), holes_block(data)) if data else ()
-        after = (provenance_block(_with_extra(data)),) if data else ()
+        if data and uses_extra(data.experiment.detection):
+            data = replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
+        after = (provenance_block(data),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
         best = sections.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
@@ -163,10 +165,3 @@ class DetectionReport:
     def checks(self) -> dict[str, bool | None]:
         """Nothing: a study states no goals."""
         return {}
-
-
-def _with_extra(data: ExperimentData) -> ExperimentData:
-    """The same with the version of scikit-learn, where scores were made with it for this report."""
-    if not uses_extra(data.experiment.detection):
-        return data
-    return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})

@@ -47,7 +47,10 @@ def answer_block(
 def _answer_table(detection: Detection) -> Table:
     """The best with each set of sensors, and the best wavelet rule."""
     unit, rules = wording.severity_unit(detection), wording.wavelet_rules(detection)[:1]
-    shown = [*dict.fromkeys((*wording.first_of_sensors(detection)[: _MOST - len(rules)], *rules))]
+    of_sensors = {frozenset(each.scored.channels): each for each in reversed(detection.judgements)}
+    best = (of_sensors | wording.best_with_sensors(detection)).values()
+    first = [judgement for judgement in detection.judgements if judgement in best]
+    shown = [*dict.fromkeys((*first[: _MOST - len(rules)], *rules))]
     sizes = [unit.found(each.bound) for each in shown]
     columns = [
         Column("Sensors", list(map(wording.sensors, shown)), is_text=True),
@@ -170,7 +173,14 @@ _MOST_ALARMS, _MOST_LEVELS = 20, 12
 
 def ranking_block(detection: Detection) -> Block:
     """Every score that was tried."""
-    unit, judgements = wording.severity_unit(detection), detection.judgements
+    unit, judgements, asked = wording.severity_unit(detection), detection.judgements, detection.rules
+    notes = [
+        f"q90/95: upper bound with {100.0 * asked.confidence:g} % confidence on the {unit.quantity} found"
+        f" with {100.0 * asked.probability:g} % probability; q90 and q50: estimates without confidence."
+        f" ≤: at most the smallest tested; >: not found up to the largest tested; {wording.FROM_LEVELS}: read"
+        " from the tested leaks, because no curve fitted (rounded up). False alarms: healthy test records at"
+        f" thresholds for {100.0 * asked.false_alarm_rate:g} %. ↑, ↓, ↕: alarm if it rises, falls, or either."
+    ]
     names = [f"{each.name} {_MARKS[each.direction]}{KEEPING[each.keeps_its_rate]}" for each in judgements]
     columns = [
         Column("Score", names, is_text=True),
@@ -187,6 +197,7 @@ def ranking_block(detection: Detection) -> Block:
         own = [each.of(level) for each in judgements]
         areas = [f"{each.area.value:.2f}" if each and each.area else HOLE for each in own]
         columns.append(Column("AUC", areas))
+        notes.append(f"AUC: area under the ROC curve at {unit.text(level.severity)}.")
     costs = [judgement.scored.cost for judgement in judgements]
     columns.append(Column("Cost [ms]", [HOLE if cost is None else two_digits(1e3 * cost) for cost in costs]))
     order = (
@@ -194,22 +205,8 @@ def ranking_block(detection: Detection) -> Block:
         " have too few records to tell (?) follow. A bold q90/95 (in plain text *) is Pareto-optimal: no"
         " other score detects a smaller leak with the same or fewer sensors."
     )
-    table = Table(tuple(columns), "All scores", "scores", tuple(_ranking_notes(detection)))
+    table = Table(tuple(columns), "All scores", "scores", tuple(notes))
     return Block("ranking", "Ranking", (order,), (table,), ("ranking",))
-
-
-def _ranking_notes(detection: Detection) -> Iterator[str]:
-    asked, unit = detection.rules, wording.severity_unit(detection)
-    confidence = f"{100.0 * asked.confidence:g} %"
-    yield (
-        f"q90/95: upper bound with {confidence} confidence on the {unit.quantity} found with"
-        f" {100.0 * asked.probability:g} % probability; q90 and q50: estimates without confidence."
-        f" ≤: at most the smallest tested; >: not found up to the largest tested; {wording.FROM_LEVELS}: read"
-        " from the tested leaks, because no curve fitted (rounded up). False alarms: healthy test records at"
-        f" thresholds for {100.0 * asked.false_alarm_rate:g} %. ↑, ↓, ↕: alarm if it rises, falls, or either."
-    )
-    for level in wording.chosen_levels(detection, 1):
-        yield f"AUC: area under the ROC curve at {unit.text(level.severity)}."
 
 
 def _foremost(detection: Detection, most: int) -> tuple[list[Judgement], Column]:

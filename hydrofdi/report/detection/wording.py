@@ -133,16 +133,6 @@ def best_with_sensors(detection: Detection) -> dict[frozenset[str], Judgement]:
     return dict(sorted(best.items(), key=lambda item: able.index(item[1])))
 
 
-def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
-    """The best score with no more than each set of sensors, whether or not its false alarms are known.
-
-    Those that are known to keep their false-alarm rate and have a q90/95 come first.
-    """
-    others = {frozenset(each.scored.channels): each for each in reversed(detection.judgements)}
-    best = (others | best_with_sensors(detection)).values()
-    return tuple(judgement for judgement in detection.judgements if judgement in best)
-
-
 def answers(detection: Detection) -> tuple[Judgement, ...]:
     """The best detectors that find a fault, and a smaller one than others with fewer sensors; best first."""
     able = (each for each in dict.fromkeys(best_with_sensors(detection).values()) if each.finds)

@@ -286,7 +286,11 @@ def draw_roc(detection: Detection) -> Any:
         for judgement, style in zip(shown, styles.values(), strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
                 axis.plot(curve.false_alarm_rate, curve.detection_rate, **style)
-                _draw_threshold(axis, judgement, level, style["color"])
+                stated, rates = judgement.of(level), judgement.false_alarms
+                healthy = [rate for each, rate in rates.items() if each.kind is Kind.HEALTHY]
+                if healthy and stated is not None and stated.found is not None and stated.found.total:
+                    point = np.clip([healthy[0].value, stated.found.value], _LEAST, 1.0 - _LEAST)
+                    axis.plot(*point, marker="o", markersize=4, color=style["color"], clip_on=False)
         axis.set_title(unit.text(level.severity) if level.severity else level.name)
         logit_axis(axis.xaxis, _LEAST)
         logit_axis(axis.yaxis, _LEAST)
@@ -305,14 +309,6 @@ def _curve(detection: Detection, judgement: Judgement, level: Population) -> Roc
         return None if healthy is None else roc_curve(healthy, of(part(records, scored, [level]).scores))
     except NotStatedError:
         return None
-
-
-def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: str) -> None:
-    stated, rates = judgement.of(level), judgement.false_alarms
-    healthy = [rates[population] for population in rates if population.kind is Kind.HEALTHY]
-    if stated is not None and stated.found is not None and stated.found.total and healthy:
-        point = np.clip([healthy[0].value, stated.found.value], _LEAST, 1.0 - _LEAST)
-        axis.plot(*point, marker="o", markersize=4, color=color, clip_on=False)
 
 
 _POINTS = 201

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.config.loading import stored_experiment
 from hydrofdi.evaluation.scores import NOTHING, Kind
 from tests.studies.populations import drawn, rows
 
@@ -106,16 +105,6 @@ def test_all_cheap_indicators_are_measured_where_all_are_judged():
     assert not {"emd", "vmd"} & set(experiment.indicators)
     chosen = load_experiment(settings=[*STUDY, "indicators=[dwt, emd]", "detection.indicators=[emd]"])
     assert (list(chosen.indicators), chosen.detection.indicators) == (["dwt", "emd"], ["emd"])
-
-
-def test_the_stored_configuration_says_the_same():
-    experiment = load_experiment(settings=[*STUDY, "study.shifts={thin: {friction.scale: {uniform: ±9 %}}}"])
-    again = stored_experiment(experiment.model_dump_json(), "a file")
-    assert again == experiment
-    one, other = (
-        drawn(expand_runs(each), MODULUS, Kind.HEALTHY, is_fit=True) for each in (again, experiment)
-    )
-    assert one.tolist() == other.tolist()
 
 
 def test_alone_one_nuisance_varies_and_the_others_are_nominal():

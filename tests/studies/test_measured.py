@@ -3,7 +3,7 @@
 import numpy as np
 
 import hydrofdi
-from hydrofdi.evaluation.scores import Direction, Kind
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 from hydrofdi.records import Channel
@@ -37,28 +37,6 @@ def test_scores_are_the_numbers_that_any_record_has_and_that_speak_of_the_actuat
         "ring.parts[1]": [-1.0, -2.0, -3.0],
     }
     assert (scores[0].direction, scores[0].channels) == (Direction.RISING, ("chamber_1_pressure",))
-
-
-def test_halves_without_groups_and_groups_as_they_are():
-    def records(groups, of_worn):
-        sound = [record(float(n), "sound", groups[n % len(groups)]) for n in range(20)]
-        worn = record(99.0, "worn", of_worn)
-        return measured_study(COLUMNS, [*sound, worn], ["sound"], {"worn": 5e-6})[0]
-
-    alone = records([""], "")
-    assert {(p.name, p.kind, p.is_fit): alone.rows(p).size for p in alone.populations} == {
-        ("healthy (fit)", Kind.HEALTHY, True): 10,
-        ("healthy", Kind.HEALTHY, False): 10,
-        ("worn", Kind.FAULT, False): 1,
-    }
-    assert alone.severity.tolist() == [0.0] * 20 + [5e-6]
-    grouped = records(["unit 0", "unit 1"], "unit 0")
-    assert [(p.name, p.is_fit) for p in grouped.populations] == [("healthy", True), ("worn", False)]
-    assert grouped.groups[-1] == "unit 0"
-    assert not grouped.remarks
-    split, confounded = records(["unit 0"], "unit 1").remarks
-    assert "only one healthy group" in split
-    assert "no group has both" in confounded
 
 
 def test_of_one_record_for_each_unit_it_cannot_be_told_whether_units_differ():

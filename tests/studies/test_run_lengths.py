@@ -1,6 +1,7 @@
 """Charts on traces whose run lengths and delays are known; what they may see, and what not."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,10 @@ from scipy.special import ndtri
 from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.report.detection.sections import run_lengths_block
 from hydrofdi.studies.detecting import Traces, judge_chart
+from hydrofdi.studies.records import Detection
+from tests.commands import run, run_json
 from tests.studies.populations import FIT, LEVELS, STIFFER, TEST, study
 
 SMALL, LARGE = LEVELS[0], LEVELS[-1]
@@ -146,3 +150,36 @@ def test_a_chart_watches_the_direction_that_the_score_states():
     fallen = replace(traces(), values=4e-6 - traces().values)
     assert n_found(told(fallen)[LARGE]) < 20
     assert n_found(told(fallen, direction="both")[LARGE]) == 40
+
+
+def block(every):
+    of = traces()
+    charts = [*judged(of, every)]
+    charts += [replace(chart, label="sums") for chart in judged(of, every, chart="cusum", shift=4)]
+    return run_lengths_block(Detection(of.records, (), Rules(), charts=tuple(charts)))
+
+
+def test_delays_have_their_interval_and_a_chart_without_a_limit_its_reason():
+    found = block([EVERY, 1e6])
+    delays, alarms, refused = found.tables
+    (own,) = [row for row in delays if (row["chart"], row["population"]) == ("own", LARGE.name)]
+    assert [own[f"delay_median{end}_s"] for end in ("", "_low", "_high")] == [1.5] * 3
+    assert alarms["false_alarm_every_h"] == pytest.approx(EVERY / 3600.0)
+    assert {(row["chart"], round(row["false_alarm_every_h"])) for row in refused} == {
+        ("own", 278),
+        ("sums", 278),
+    }
+    assert found.figures
+    assert not block(1e6).figures
+
+
+SMOKE = Path(__file__).parents[2] / "configs" / "delays" / "smoke.yaml"
+
+
+def test_a_chart_on_sensors_that_a_machine_lacks_is_left_out(tmp_path):
+    small = ["--set", "study.healthy={fit: 5, test: 5, shift: 5}", "--set", "study.faults.each=1"]
+    sensors = ["--set", "detection.sensors=[P1]"]
+    run("sweep", SMOKE, *small, *sensors, "--out", tmp_path / "out", "--engine", "in-process", check=0)
+    shown = run_json("report", tmp_path / "out")
+    assert shown["run_lengths"] == []
+    assert any("weak_rls is left out" in remark for remark in shown["studies"][0]["remarks"])

@@ -7,7 +7,6 @@ import yaml
 
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
-from tests.commands import run_json
 
 STUDY = """\
 name: small
@@ -37,20 +36,6 @@ def test_records_that_are_drawn_alike_are_refused(loaded):
     text = STUDY + "  population: {per_record: {measurement.seed: {integers: [0, 1]}}}\n"
     with pytest.raises(ConfigError, match="twice"):
         expand_runs(loaded(text, "wavelet.phase=0"))
-
-
-def test_a_plan_names_populations_and_designs_not_every_draw(loaded, tmp_path):
-    text = STUDY + "  shifts: {thick: {friction.scale: 2}}\nsweep: {grid: {record.duration: [10 s, 20 s]}}\n"
-    loaded(text)
-    plan = run_json("plan", tmp_path / "study.yaml", "--out", tmp_path / "out")
-    assert plan["study"]["designs"] == [{"record.duration": 10.0}, {"record.duration": 20.0}]
-    counts = [(each["name"], each["is_fit"], each["records"]) for each in plan["study"]["populations"]]
-    assert counts == [
-        ("healthy", True, 20), ("healthy", False, 10), ("0.1 L/min", True, 50), ("0.1 L/min", False, 5),
-        ("1 L/min", True, 50), ("1 L/min", False, 5), ("thick", False, 10),
-    ]  # fmt: skip
-    assert list(plan["study"]["differs_per_record"]) == ["measurement.seed", "wavelet.phase"]
-    assert plan["axes"] == {"record.duration": [10.0, 20.0]}
 
 
 @pytest.mark.parametrize(
@@ -112,6 +97,7 @@ MISTAKES = {
         ("{of: weak_rls.leakage, chart: cusum, shift: -2}", ".shift"),
         ("{of: weak_rls.leakge, chart: cusum}", ".of"),
         ("{chart: cusum}", ".of"),
+        ("{of: dwt.d3, chart: cusum}", ".of"),
     ],
 }
 

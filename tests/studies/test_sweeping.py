@@ -1,8 +1,7 @@
-"""Studies through the runner: what is read back, interruptions, and what a detector may see."""
+"""Studies through the runner: what is read back, what is missing, and what a detector may see."""
 
-import os
-import signal
-import time
+import shutil
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -12,15 +11,20 @@ from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.detectors.rules import make_score
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.execution.compute import Job, compute_columns, measured_columns
+from hydrofdi.execution.simulated import SimulatedRecords
+from hydrofdi.papers import make_report
 from hydrofdi.report.detection.sections import estimates_block
+from hydrofdi.store.experiment_data import StoredRecords
+from hydrofdi.store.folder import write_request
 from hydrofdi.store.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
+from hydrofdi.store.results import read_results
 from hydrofdi.studies.detecting import judge_estimates
 from hydrofdi.studies.reading import read_study
-from tests.runner.processes import start
 from tests.studies.populations import stored
 
 STUDY = """
 name: small
+store: {signals: pressures}
 record: {duration: 2 s}
 input: {period: 0.5 s}
 pressure_1_sensor: {noise: 5 kPa}
@@ -109,23 +113,6 @@ def test_made_scores_are_judged_beside_the_indicators_that_are_chosen_and_the_us
     is_faulty = np.array([each.severity > 0.0 for each in populations])
     model = make_score("lda").fit(values[is_fit], is_faulty[is_fit])
     np.testing.assert_array_equal(by_name["leak"].values[~is_fit], model.score(values[~is_fit]))
-
-
-def test_a_study_that_was_killed_ends_as_one_that_was_not(tmp_path):
-    text = ONE.replace("fit: 12", "fit: 60")
-    (tmp_path / "study.yaml").write_text(text)
-    killed = tmp_path / "results"
-    sweep = start("sweep", tmp_path / "study.yaml", "--out", killed, "--workers", "1")
-    limit = time.monotonic() + 240
-    while not list(killed.glob("shards/[!.]*.h5")) and sweep.poll() is None and time.monotonic() < limit:
-        time.sleep(0.01)
-    os.killpg(sweep.pid, signal.SIGKILL)
-    sweep.communicate()
-    assert list(killed.glob("shards/[!.]*.h5"))
-    assert not (killed / "small.h5").exists()
-    (tmp_path / "whole").mkdir()
-    resumed, whole = stored(tmp_path, text), stored(tmp_path / "whole", text)
-    assert resumed.path.read_bytes() == whole.path.read_bytes()
 
 
 def test_a_level_that_no_coefficient_reaches_has_no_numbers(tmp_path):
@@ -227,3 +214,59 @@ def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
     for each, is_said in ((later, True), (data, False)):
         (sheet,) = estimates_block(each, [*estimates(each).values()]).tables
         assert ("Faults are left out: leaks set in during the record" in sheet.notes[0]) == is_said
+
+
+def test_records_of_a_study_are_labelled_by_their_population(data):
+    for source in (SimulatedRecords(data.experiment, "study"), StoredRecords(data, "study")):
+        labels = Counter(label for batch in source.batches(labels=True) for label in batch.labels)
+        assert labels == {
+            "healthy": 40, "0.2 L/min": 24, "1 L/min": 24, "shift stiffer": 10, "confusion worn friction": 6,
+        }  # fmt: skip
+
+
+def test_an_unfinished_study_says_so_and_concludes_nothing(data, tmp_path):
+    """Its runs are stored, more of them are asked for, and records for nuisances."""
+    folder = shutil.copytree(data.path.parent, tmp_path / "out")
+    larger = ("study.healthy.fit=60", "study.sensitivity.alone=49")
+    write_request(folder, load_experiment(data.path.parents[1] / "study.yaml", larger))
+    unfinished = make_report(read_results(folder))
+    blocks = {block.key: block for block in unfinished.document().blocks}
+    (row,) = blocks["holes"].tables[0]
+    assert (row["Status"], row["Runs"]) == ("missing", unfinished.data.n_run - data.n_run)
+    assert blocks.keys().isdisjoint({"why", "designs", "train"})
+    record = unfinished.record()
+    assert (record["is_complete"], record["runs_computed"]) == (False, data.n_run)
+    assert sum(each["n"] for each in record["studies"][0]["populations"]) == data.n_run / 2
+
+
+SENSORS = """
+name: sensors
+record: {duration: 2 s}
+input: {period: 0.5 s}
+pressure_1_sensor: {noise: 5 kPa, bias: 1 kPa}
+pressure_2_sensor: {noise: 5 kPa}
+position_sensor: {noise: 1 µm}
+study:
+  population: {over: {fluid.bulk_modulus: {uniform: ±20 %}, supply.pressure: {uniform: ±5 %}}}
+  healthy: {fit: 30, test: 30}
+  faults: {leakage.internal_flow: [0.2 L/min, 2 L/min], each: 20, fit: 0}
+detection:
+  false_alarm_rate: 10 %
+  probability: 80 %
+  indicators: [dwt, flow_balance]
+  scores: {calm: {kind: compensated, of: [dwt.d1], by: [flow_balance.leakage]}}
+"""
+
+
+def test_sensors_without_noise_are_named_and_those_left_out_take_their_scores_with_them(tmp_path):
+    def report_with(*settings):
+        return make_report(stored(tmp_path, SENSORS, *settings))
+
+    made = report_with()
+    assert made.record()["perfect_sensors"] == ["Ps", "xv"]
+    assert 0.5 < made.detections[0].records.per_mean_flow < 5.0
+    fewer = report_with("detection.sensors=[P1, P2, x, u]").detections[0]
+    assert {each.name.partition(".")[0] for each in fewer.judgements} == {"dwt"}
+    assert sum("is left out" in remark for remark in fewer.remarks) == 2
+    drawn = report_with("study.population.over.spool_sensor.noise={uniform: [0.1 µm, 1 µm]}")
+    assert drawn.record()["perfect_sensors"] == ["Ps"]

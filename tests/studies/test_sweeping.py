@@ -44,7 +44,7 @@ detection:
     unusual: {kind: mahalanobis, of: [pressure_statistics, dwt.d3]}
     leak: {kind: lda, of: [pressure_statistics.mean, pressure_statistics.kurtosis]}
     calm: {kind: compensated, of: [dwt], by: [pressure_statistics.kurtosis]}
-sweep: {grid: {record.sampling_frequency: [1 kHz, 500 Hz]}}
+sweep: {grid: {pressure_1_sensor.noise: [5 kPa, 1 kPa]}}
 """
 ONE = STUDY[: STUDY.index("sweep:")]
 """The same with one design."""
@@ -64,7 +64,7 @@ def runs(tmp_path):
 def test_every_population_of_each_design_has_its_records_with_the_true_mean_leak_of_each(data):
     designs = read_study(data)
     found = [records.design for records, _ in designs]
-    assert found == [{"record.sampling_frequency": 1000.0}, {"record.sampling_frequency": 500.0}]
+    assert found == [{"pressure_1_sensor.noise": 5e3}, {"pressure_1_sensor.noise": 1e3}]
     for records, _ in designs:
         found = {(each.name, each.kind, each.is_fit): len(records.rows(each)) for each in records.populations}
         assert found == {

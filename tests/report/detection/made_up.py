@@ -1,5 +1,6 @@
 """A study of detection with scores that are drawn from Gaussians."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,8 @@ from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.records import Scored
+from tests.studies.populations import FIT, TEST, study
 
 LITRES_PER_MINUTE = 1e-3 / 60.0
 SEVERITIES = tuple(np.geomspace(0.01, 1.0, 9))
@@ -20,21 +22,12 @@ def made_up_records(
     confusions=("worn friction",),
 ):  # fmt: skip
     """Records of made-up populations; the true leakage scatters by 5 % about the nominal one."""
-    drawn = np.random.default_rng(1)
-    populations = (
-        Population("healthy fit", Kind.HEALTHY, is_fit=True),
-        Population("healthy test", Kind.HEALTHY),
-        *(Population(f"{q:.2g} L/min", Kind.FAULT, severity=q * LITRES_PER_MINUTE) for q in severities),
-        *(Population(name, Kind.SHIFT) for name in shifts),
-        *(Population(name, Kind.CONFUSION) for name in confusions),
-    )
-    sizes = {Kind.HEALTHY: n_healthy, Kind.SHIFT: 340}
-    counts = [sizes.get(one.kind, n_other) for one in populations]
-    of_record = np.repeat(np.arange(len(populations)), counts)
-    nominal = np.array([one.severity for one in populations])[of_record]
-    severity = nominal * drawn.normal(1.0, 0.05, nominal.size)
+    levels = [Population(f"{q:.2g} L/min", Kind.FAULT, severity=q * LITRES_PER_MINUTE) for q in severities]
+    sizes = {FIT: n_healthy, TEST: n_healthy, **dict.fromkeys(levels, n_other)}
+    sizes |= {Population(name, Kind.SHIFT): 340 for name in shifts}
+    sizes |= {Population(name, Kind.CONFUSION): n_other for name in confusions}
     design = {"record.duration": 20.0, "record.sampling_frequency": 500.0}
-    return StudyRecords(populations, of_record, severity, design=design)
+    return replace(study(sizes, 0.05), severity_unit="m^3/s", design=design)
 
 
 def made_up_score(records, name, *, gain, shift=0.0, seed=0, missing=0.0, **described):

@@ -194,31 +194,7 @@ def evaluate(sources: Sources, **settings: Any) -> Found:
     code 1 if records are rejected, repeat the samples of another or have no number of any indicator, or an
     indicator fails.
     """
-    from hydrofdi.tables.answer import Reply
-
-    found = hydrofdi.evaluate(sources, **settings)
-    is_sound = not (found.left.is_lacking or found.left.n_repeated)
-    return Reply(found.to_dict(), _evaluation(found), found.left.sentences(), is_sound)
-
-
-def _evaluation(evaluation: hydrofdi.Evaluation) -> Iterator[Any]:
-    """The conclusion from healthy groups, the scores (best first), and what is not stated, and why."""
-    from hydrofdi.tables.answer import Strong
-
-    records, conclusion = evaluation.detection.records, evaluation.conclusion
-    counts = ", ".join(f"{records.rows(each).size:,} {each.name}" for each in records.populations)
-    n_group = len(set(records.groups or ()))
-    yield f"Records: {counts}; {counted(n_group, 'group') if n_group else 'no groups'}"
-    if not evaluation.best:
-        yield "no indicator could measure any record"
-        return
-    if conclusion:
-        yield Strong(f"{conclusion[0].upper()}{conclusion[1:]}.")
-    yield from ("", replace(evaluation.table, most=_MOST_ROWS * len(records.populations)))
-    if len(evaluation.pairs):
-        yield from ("", replace(evaluation.pairs, most=_MOST_ROWS))
-    yield ""
-    yield from (f"- {sentence}" for sentence in evaluation.remarks)
+    return hydrofdi.evaluate(sources, **settings)
 
 
 def export(

@@ -478,11 +478,14 @@ class Delays:
         Number of alarms before the onset: false alarms, not detections. The chart restarts after each.
     not_measurable : int
         Number of streams without a score after the onset; they count as not detected.
+    watched : float
+        Time from the latest onset to the last instant [s].
     """
 
     values: Array
     n_early: np.ndarray
     not_measurable: int
+    watched: float = math.inf
 
     def quantile(self, share: float = 0.5, *, confidence: float = 0.95) -> Estimate:
         """Delay within which a given share of the leaks is detected; infinite if too many are not.
@@ -518,7 +521,8 @@ def delays(
     unscored = int((~(is_later & ~np.isnan(scores)).any(axis=1)).sum())
     early = np.sum(is_alarm & ~is_later, axis=1)
     # An instant that rounds to the onset may lie just before it.
-    return Delays(np.maximum(first - sets_in[:, 0], 0.0), early, unscored)
+    late = float(times[-1] - sets_in.max(initial=-math.inf))
+    return Delays(np.maximum(first - sets_in[:, 0], 0.0), early, unscored, late)
 
 
 def _order_statistics(ordered: Array, share: float, confidence: float) -> tuple[float, float]:

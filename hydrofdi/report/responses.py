@@ -70,16 +70,7 @@ def fifths(values: NDArray[np.float64]) -> list[tuple[float, float, NDArray[np.b
 
 @dataclass(frozen=True)
 class Group:
-    """Runs with one value, or one range of values.
-
-    Attributes
-    ----------
-    value : float, str or None
-        In SI; None for a range.
-    text : str
-        In the unit of the header of the axis.
-    rows : ndarray of bool, shape (n_run,)
-    """
+    """Runs, shape (n_run,), with one value [SI], or with a range of values, whose `value` is None."""
 
     value: Any
     text: str
@@ -88,24 +79,10 @@ class Group:
 
 @dataclass(frozen=True)
 class Axis:
-    """A parameter that varies.
+    """A parameter that varies: its runs by value in ascending order, by fifths if there are many values.
 
-    Attributes
-    ----------
-    name : str
-        Dotted name.
-    header : str
-        What people read, with its unit, such as ``supply.pressure [MPa]``.
-    groups : tuple of Group
-        Runs by value in ascending order; by fifths of the values if there are many.
-    numbers : ndarray, shape (n_run,), or None
-        The values in SI; NaN for runs that belong to no group. None if the values are words.
-    text : callable
-        Value in SI → what people read under the header.
-    against : str
-        The baseline of δ; empty without δ.
-    responses : tuple of Response
-        All features over the groups.
+    `numbers`: the values of all runs in SI, NaN for runs that belong to no group; None if they are words.
+    `text`: value → what people read under the header. `against`: the baseline of δ; empty without δ.
     """
 
     name: str
@@ -167,16 +144,9 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
 
 @dataclass(frozen=True)
 class RankCorrelation:
-    """Spearman's ρ.
+    """Spearman's ρ of some runs; NaN if either is constant, or if there are too few runs.
 
-    Attributes
-    ----------
-    value : float
-        −1 … 1; NaN if the feature or the parameter is constant, or if there are too few runs.
-    chance : float
-        Bound of abs(ρ) in 95 % of cases if the feature does not depend on the parameter.
-    n_run : int
-        Number of runs used.
+    `chance`: bound of abs(ρ) in 95 % of cases if the feature does not depend on the parameter.
     """
 
     value: float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from statistics import NormalDist
@@ -15,13 +14,13 @@ from numpy.typing import NDArray
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.machine import flow_at_reference
 from hydrofdi.config.study import OnlineConfig, WatchedChart
-from hydrofdi.detectors.charts import AlarmLimit, Chart, FalseAlarms, delays
+from hydrofdi.detectors.charts import AlarmLimit, Chart, Delays, FalseAlarms, delays
 from hydrofdi.detectors.configuration import stated_indicators
 from hydrofdi.detectors.rules import CHANGE, Rules, make_chart
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_confidence
-from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable
+from hydrofdi.evaluation.scores import Array, Direction, Kind, comparable
 from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import convert, counted
@@ -30,13 +29,14 @@ from hydrofdi.store.names import BULK_MODULUS, LEAKAGE_COEFFICIENT, MEAN_LEAKAGE
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import needed_channels, read_study, within
 from hydrofdi.studies.records import (
+    SOUND,
     ChartJudgement,
     Detection,
     Judgement,
-    LeakDelay,
+    Notes,
+    Outcome,
     Scored,
     StudyRecords,
-    found_from,
     pareto_set,
     ranked,
 )
@@ -52,9 +52,7 @@ def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Det
     judgements = ranked(judged, is_labelled=records.is_labelled)
     best = pareto_set(judgements)
     judgements = tuple(
-        judge(records, each.scored, rules, n_tried=len(scores))
-        if rank == 0 or each.scored.name in best
-        else each
+        judge(records, each.scored, rules, n_tried=len(scores)) if rank == 0 or each.name in best else each
         for rank, each in enumerate(judgements)
     )
     return Detection(
@@ -86,7 +84,7 @@ def _remarks(records: StudyRecords, n_tried: int, rules: Rules) -> list[str]:
 def judge_study(data: ExperimentData) -> tuple[Detection, ...]:
     """Evaluate every score of every design of a stored study."""
     rules = data.experiment.detection
-    return tuple(detect(design.records, design.scores, rules) for design in read_study(data))
+    return tuple(detect(records, scores, rules) for records, scores in read_study(data))
 
 
 def winner(detection: Detection, sensors: Collection[str] = ()) -> Judgement | None:
@@ -127,8 +125,6 @@ class Traces:
 
     Attributes
     ----------
-    records : StudyRecords
-        Records of the traces.
     values : ndarray, shape (n_record, n_instant)
         [unit]; NaN after the estimator diverged.
     time : ndarray, shape (n_instant,)
@@ -137,10 +133,6 @@ class Traces:
         Onset of the leak of a record [s]; NaN if it exists from the start.
     flow : ndarray, shape (n_record,)
         True mean leakage flow from the onset on [m³/s]; NaN if the run failed.
-    unit : str
-        SI.
-    direction : Direction
-        Direction of change of the score that means a leak.
     """
 
     records: StudyRecords
@@ -193,71 +185,50 @@ def read_traces(data: ExperimentData, records: StudyRecords, watched: str) -> Tr
     )
 
 
-_SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
-
-
 def judge_chart(
     traces: Traces, label: str, asked: WatchedChart, online: OnlineConfig, rules: Rules
 ) -> Iterator[ChartJudgement]:
     """Evaluate a chart at each of its limits. Healthy fit records set the limits and are never tested."""
-    records, confidence = traces.records, rules.confidence
     chart = make_chart(asked.chart, {"direction": traces.direction} | asked.options)
-    (fit,) = records.chosen(Kind.HEALTHY, is_fit=True)
-    every = online.false_alarm_every
-    blank = [ChartJudgement(label, asked.of, asked.chart, traces.unit, each) for each in every]
-    try:
-        centre, spread = healthy_scale(traces.values[records.rows(fit)])
-    except NotStatedError as refusal:
-        yield from (replace(each, refusals=(str(refusal),)) for each in blank)
-        return
-    scores = (traces.values - centre) / spread
-    fitted = FalseAlarms(chart, scores[records.rows(fit)], traces.interval)
-    for each in blank:
+    (population,) = traces.records.chosen(Kind.HEALTHY, is_fit=True)
+    fit, fitted = traces.records.rows(population), None
+    for every in online.false_alarm_every:
+        judged, notes = ChartJudgement(label, asked.of, asked.chart, traces.unit, every), Notes()
         try:
-            limit = fitted.limit(each.false_alarm_every, confidence=confidence)
+            centre, spread = healthy_scale(traces.values[fit])
+            scores = (traces.values - centre) / spread
+            fitted = fitted or FalseAlarms(chart, scores[fit], traces.interval)
+            limit = fitted.limit(every, confidence=rules.confidence)
         except NotStatedError as refusal:
-            yield replace(each, refusals=(str(refusal),))
+            yield replace(judged, refusals=(str(refusal),))
             continue
-        false_alarms, refusals = dict[Population, AlarmLimit](), []
-        for population in (tested for kind in _SOUND for tested in records.chosen(kind, is_fit=False)):
-            try:
-                of = FalseAlarms(chart, scores[records.rows(population)], traces.interval)
-                false_alarms[population] = of.at(limit.value, confidence=confidence)
-            except NotStatedError as refusal:
-                refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
         yield replace(
-            each,
+            judged,
             centre=centre,
             spread=spread,
             limit=limit,
-            false_alarms=false_alarms,
-            delays=tuple(_delays(traces, scores, chart, limit, rules)),
-            refusals=tuple(refusals),
+            outcomes=tuple(_outcomes(traces, scores, chart, limit.value, rules.confidence, notes)),
+            refusals=tuple(notes.refusals),
         )
 
 
-def _delays(
-    traces: Traces, scores: Array, chart: Chart[Any], limit: AlarmLimit, rules: Rules
-) -> Iterator[LeakDelay]:
-    """Delays of leaks with an onset while watched; none if leaks exist from the start."""
-    for population in traces.records.chosen(Kind.FAULT, is_fit=False):
-        rows = traces.records.rows(population)
+def _outcomes(
+    traces: Traces, scores: Array, chart: Chart[Any], limit: float, confidence: float, notes: Notes
+) -> Iterator[Outcome[AlarmLimit | Delays]]:
+    """False alarms, and delays of leaks with an onset while watched: none if leaks exist from the start."""
+    records = traces.records
+    for population in (tested for kind in SOUND for tested in records.chosen(kind, is_fit=False)):
+        try:
+            of = FalseAlarms(chart, scores[records.rows(population)], traces.interval)
+            yield Outcome(population, 0.0, of.at(limit, confidence=confidence))
+        except NotStatedError as refusal:
+            notes.refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
+    for population in records.chosen(Kind.FAULT, is_fit=False):
+        rows = records.rows(population)
         rows = rows[traces.sets_in[rows]]
-        if not rows.size:
-            continue
-        onset = traces.onset[rows]
-        of_leaks = delays(chart, limit.value, scores[rows], traces.time, onset)
-        yield LeakDelay(
-            population,
-            float(np.mean(traces.flow[rows])),
-            int(np.isfinite(of_leaks.values).sum()),
-            rows.size,
-            int(of_leaks.n_early.sum()),
-            of_leaks.not_measurable,
-            float(traces.time[-1] - onset.max()),
-            of_leaks.quantile(0.5, confidence=rules.confidence),
-            of_leaks.quantile(rules.probability, confidence=rules.confidence),
-        )
+        if rows.size:
+            found = delays(chart, limit, scores[rows], traces.time, traces.onset[rows])
+            yield Outcome(population, float(np.mean(traces.flow[rows])), found)
 
 
 def judge_charts(data: ExperimentData, records: StudyRecords) -> Iterator[ChartJudgement]:
@@ -284,60 +255,44 @@ FAULTS = "faults"
 """Name of the combination of all leaking test records."""
 
 
-@dataclass(frozen=True, eq=False)
-class Estimates:
-    """Evaluated estimates of a design.
-
-    Attributes
-    ----------
-    rows : tuple of dict
-        For each estimate and population: mean error, standard deviation of the errors, root mean square of
-        the stated deviations, and the share of records whose stated interval contains the true value.
-    has_constant_leaks : bool
-        Whether leaks exist from the start; leaks with a later onset are excluded.
-    without_deviation : tuple of str
-        Estimates without a stated standard deviation, which are not evaluated.
-    """
-
-    rows: tuple[dict[str, Any], ...]
-    confidence: float
-    has_constant_leaks: bool = True
-    without_deviation: tuple[str, ...] = ()
+def estimated(data: ExperimentData) -> Iterator[tuple[str, str]]:
+    """Name and quantity of each estimate whose truth is known: β has a single value if it is constant."""
+    for name in data.columns:
+        label, _, quantity = name.rpartition(".")
+        has_truth = quantity == "internal_coefficient" or data.experiment.fluid.is_constant
+        if label and quantity in TRUTHS and has_truth:
+            yield name, quantity
 
 
-def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
+def judge_estimates(data: ExperimentData, records: StudyRecords) -> list[dict[str, Any]]:
     """Evaluate every estimate of a design of a stored study, on test records and shifts.
 
-    Leaks with a later onset are excluded, and so is β if it is not constant: such records have no single true
-    value.
+    For each estimate and population: mean error, standard deviation of the errors, root mean square of the
+    stated deviations, and the share of records whose stated interval contains the true value. Leaks with a
+    later onset are excluded: such records have no single true value. So are estimates without a deviation.
     """
-    confidence = data.experiment.detection.confidence
-    is_constant = data.experiment.leakage.onset == "constant"
     populations = {
         each.name: records.rows(each)
         for kind in (Kind.HEALTHY, Kind.SHIFT)
         for each in records.chosen(kind, is_fit=False)
     }
-    if is_constant and (faults := records.chosen(Kind.FAULT, is_fit=False)):
+    faults = records.chosen(Kind.FAULT, is_fit=False)
+    if faults and data.experiment.leakage.onset == "constant":
         populations[FAULTS] = np.sort(np.concatenate([*map(records.rows, faults)]))
-    lines, without = [], []
-    for name in data.columns:
-        label, _, quantity = name.rpartition(".")
-        has_truth = quantity == "internal_coefficient" or data.experiment.fluid.is_constant
-        if not label or quantity not in TRUTHS or not has_truth:
-            continue
+    lines = []
+    for name, quantity in estimated(data):
         if (stated := data.columns.get(f"{name}{ERROR}")) is None:
-            without.append(name)
             continue
         columns = (data.columns[TRUTHS[quantity]], data.columns[name], stated)
         truth, estimate, deviation = (np.asarray(own[records.runs], dtype=float) for own in columns)
         scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
         error, deviation = (estimate - truth) / scale, deviation / scale
+        label, confidence = name.rpartition(".")[0], data.experiment.detection.confidence
         lines += [
             _row(label, quantity, population, error[rows], deviation[rows], confidence)
             for population, rows in populations.items()
         ]
-    return Estimates(tuple(lines), confidence, is_constant, tuple(without))
+    return lines
 
 
 def _row(
@@ -404,24 +359,24 @@ def winner_settings(stored: ExperimentData, sensors: Sequence[str]) -> dict[str,
             n_test,
         )
     better = [
-        each.scored.name
+        each.name
         for each in detection.judgements
         if each.keeps_its_rate is None
-        and comparable(found_from(each)) < comparable(found_from(best))
+        and comparable(each.found_from) < comparable(best.found_from)
         and within(each.scored, channels)
     ]
     if better:
         _log.warning(
-            f"{best.scored.name} is the best score known to keep its false-alarm rate; undecided, as too few"
+            f"{best.name} is the best score known to keep its false-alarm rate; undecided, as too few"
             f" records test it, but better: {', '.join(better[:_MOST_NAMED])}"
         )
-    if not found_from(best) < math.inf:
-        _log.warning(f"{best.scored.name} finds none of the tested leaks nine times in ten")
+    if not best.finds:
+        _log.warning(f"{best.name} finds none of the tested leaks nine times in ten")
     study = stored.experiment.study
     is_drawn = study is not None and "wavelet.phase" in study.population.per_record
     if is_drawn and any(number.startswith("dwt.") for number in best.scored.numbers):
         _log.warning(
-            f"{best.scored.name}: the study draws the start phase of the wavelet, windows of a detector all"
+            f"{best.name}: the study draws the start phase of the wavelet, windows of a detector all"
             " start at one, so its rates may differ; wavelet: {phase: 0} in the study makes them equal"
         )
     return detector_settings(stored.experiment, best, detection.rules)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -13,20 +13,9 @@ import numpy as np
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation import pod, rates
-from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, suspicion
+from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable, suspicion
 from hydrofdi.evaluation.threshold import Threshold, records_needed
-from hydrofdi.studies.records import (
-    SIGNIFICANCE,
-    Judgement,
-    Level,
-    Notes,
-    Part,
-    Scored,
-    StudyRecords,
-    TestedLevels,
-    part,
-    quantile_name,
-)
+from hydrofdi.studies.records import SOUND, Judgement, Notes, Outcome, Part, Scored, StudyRecords, part
 
 Reference = tuple[Part, Array | None, Callable[[Array], Array]]
 
@@ -52,51 +41,46 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
     test records, each healthy group is tested at the threshold of the others. Detections are only stated if
     the false-alarm rate was measured.
     """
-    case = _Case(records, scored, rules, Notes())
+    case = _Case(records=records, scored=scored, rules=rules)
     fit = case.part(records.chosen(Kind.HEALTHY, is_fit=True))
     direction = case.direction(fit)
-    threshold = case.notes.unless_refused(lambda: rules.set_threshold(fit.scores, direction))
+    threshold = case.unless_refused(lambda: rules.set_threshold(fit.scores, direction))
     false_alarms = {} if threshold is None else case.false_alarms(threshold, direction)
     floor = None if threshold is None else case.floor(false_alarms)
     stated = None if floor is None else threshold
     faulty = {each: case.part([each]) for each in records.chosen(Kind.FAULT, is_fit=False)}
-    reference = reference_of(records, scored, direction)
-    levels = tuple(
-        Level(
-            population,
-            float(own.severity.mean()) if own.severity.size else np.nan,
-            None if stated is None else own.detected(stated, rules.confidence),
-            case.area(own, reference),
-        )
-        for population, own in faulty.items()
-    )
-    detected: dict[str, Any] = {}
+    reference, outcomes = reference_of(records, scored, direction), list[Outcome[rates.Rate | None]]()
+    for population, rate in false_alarms.items():
+        is_counted = rate.total < rules.records_for_false_alarms
+        outcomes.append(Outcome(population, 0.0, rate, is_counted=is_counted))
+    for population, own in faulty.items():
+        detected = None if stated is None else own.detected(stated, rules.confidence)
+        is_counted = detected is not None and detected.total < rules.records_for_detection
+        severity = float(own.severity.mean()) if own.severity.size else math.nan
+        outcomes.append(Outcome(population, severity, detected, case.area(own, reference), is_counted))
+    found: dict[str, Any] = {}
     if stated is not None and floor is not None and faulty:
-        detected = detectability(list(faulty.values()), stated, floor, rules, case.notes, n_tried)
-    case.remark_missing(faulty)
-    case.remark_equal(fit)
+        found = detectability(list(faulty.values()), stated, floor, rules, case, n_tried)
+    case.remark(fit, faulty)
     return Judgement(
         scored=scored,
         direction=direction,
         threshold=threshold,
-        false_alarms=false_alarms,
-        levels=levels,
-        counted=_counted(false_alarms, levels, rules),
+        outcomes=tuple(outcomes),
         healthy_pairs=case.healthy_pairs(fit, direction),
-        refusals=tuple(dict.fromkeys(case.notes.refusals)),
-        remarks=tuple(dict.fromkeys(case.notes.remarks)),
-        **detected,
+        refusals=tuple(dict.fromkeys(case.refusals)),
+        remarks=tuple(dict.fromkeys(case.remarks)),
+        **found,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Case:
+@dataclass(eq=False, kw_only=True)
+class _Case(Notes):
     """The score under evaluation and its remarks."""
 
     records: StudyRecords
     scored: Scored
     rules: Rules
-    notes: Notes
 
     def part(self, populations: Collection[Population]) -> Part:
         return part(self.records, self.scored, populations)
@@ -113,13 +97,11 @@ class _Case:
                 over_groups = rates.clustered_area if n_group >= rates.MANY_GROUPS else rates.grouped_area
                 state = partial(over_groups, healthy_groups=healthy.groups, faulty_groups=faulty.groups)
             else:
-                self.notes.remarks.append(
+                self.remarks.append(
                     f"fewer than {rates.FEWEST_GROUPS} groups: intervals of areas assume independent records,"
                     " and are too short"
                 )
-        return self.notes.unless_refused(
-            lambda: state(below, of(faulty.scores), confidence=self.rules.confidence)
-        )
+        return self.unless_refused(lambda: state(below, of(faulty.scores), confidence=self.rules.confidence))
 
     def direction(self, fit: Part) -> Direction:
         if self.scored.direction is not None:
@@ -127,22 +109,18 @@ class _Case:
         faulty = self.part(self.records.chosen(Kind.FAULT, is_fit=True)).scores
         learned = None
         if faulty.size:
-            learned = self.notes.unless_refused(
+            learned = self.unless_refused(
                 lambda: rates.learned_direction(fit.scores, faulty, confidence=self.rules.confidence)
             )
         if learned is None:
-            self.notes.remarks.append(
+            self.remarks.append(
                 "neither its definition nor faulty fit records determine its direction: both directions alarm"
             )
         return learned or Direction.BOTH
 
     def false_alarms(self, threshold: Threshold, direction: Direction) -> dict[Population, rates.Rate]:
         """The rates of all records without the fault that did not set the threshold."""
-        tested = [
-            population
-            for kind in (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
-            for population in self.records.chosen(kind, is_fit=False)
-        ]
+        tested = [population for kind in SOUND for population in self.records.chosen(kind, is_fit=False)]
         stated = {each: self.part([each]).rate(threshold, self.rules.confidence) for each in tested}
         if not any(population.kind is Kind.HEALTHY for population in tested):
             stated = self._left_out(direction) | stated
@@ -155,17 +133,13 @@ class _Case:
             own = self.part([population])
             if own.groups is None:
                 continue
-            outcomes = self.notes.unless_refused(
-                partial(rates.left_out_outcomes, own.scores, own.groups, rule)
-            )
+            outcomes = self.unless_refused(partial(rates.left_out_outcomes, own.scores, own.groups, rule))
             if outcomes is not None:
                 stated[population] = rates.alarm_rate(
                     outcomes, groups=own.groups, confidence=self.rules.confidence
                 )
         if stated:
-            self.notes.remarks.append(
-                "each healthy group is tested at the threshold of the other healthy groups"
-            )
+            self.remarks.append("each healthy group is tested at the threshold of the other healthy groups")
         return stated
 
     def _threshold_of_others(self, scores: Array, direction: Direction) -> Threshold:
@@ -186,42 +160,158 @@ class _Case:
         """False-alarm rate measured on healthy records; None if no healthy record was tested."""
         healthy = [rate for each, rate in false_alarms.items() if each.kind is Kind.HEALTHY and rate.total]
         if not healthy:
-            self.notes.refusals.append(
+            self.refusals.append(
                 "no healthy record was tested, so the false-alarm rate is unknown and detections are not"
                 " stated"
             )
             return None
         return sum(rate.count for rate in healthy) / sum(rate.total for rate in healthy)
 
-    def remark_equal(self, fit: Part) -> None:
-        """Add a remark if records look like one record counted several times."""
-        known = fit.scores[~np.isnan(fit.scores)]
-        if known.size > 1 and np.all(known == known[0]):
-            self.notes.remarks.append(
-                f"all {known.size} healthy fit records have the same score: rates and intervals hold for"
-                " independent records, and these may be one record"
-            )
-
-    def remark_missing(self, faulty: Mapping[Population, Part]) -> None:
-        """Add a remark on faulty records without a score, which count as missed."""
+    def remark(self, fit: Part, faulty: Mapping[Population, Part]) -> None:
+        """Add remarks if faulty records are missed, and if records look like one counted several times."""
         missing = [
             f"{own.n_missing} of {own.scores.size} at {population.name!r}"
             for population, own in faulty.items()
             if own.n_missing
         ]
         if missing:
-            self.notes.remarks.append(
+            self.remarks.append(
                 f"faulty records without a score raise no alarm and count as missed: {', '.join(missing)}"
+            )
+        known = fit.scores[~np.isnan(fit.scores)]
+        if known.size > 1 and np.all(known == known[0]):
+            self.remarks.append(
+                f"all {known.size} healthy fit records have the same score: rates and intervals hold for"
+                " independent records, and these may be one record"
             )
 
 
-def _counted(
-    false_alarms: Mapping[Population, rates.Rate], levels: Sequence[Level], rules: Rules
-) -> dict[Population, int]:
-    """Populations with too few records for a rate."""
-    detected = {level.population: level.detected for level in levels if level.detected is not None}
-    parts = ((false_alarms, rules.records_for_false_alarms), (detected, rules.records_for_detection))
-    return {each: needed for of, needed in parts for each, rate in of.items() if rate.total < needed}
+def quantile_name(probability: float, confidence: float) -> str:
+    """Name such as ``q90/95``: detected with 90 % probability at 95 % confidence."""
+    return f"q{100.0 * probability:.5g}/{rates.confidence_text(confidence)}"
+
+
+SIGNIFICANCE = 0.05
+"""Significance level of the goodness-of-fit test: a curve with a smaller p-value is not used."""
+
+
+@dataclass(frozen=True, eq=False)
+class TestedLevels:
+    """Levels of nominal severity, ascending; all true severities are known.
+
+    A record without a score raises no alarm, so it counts as a miss.
+    """
+
+    levels: Sequence[Part]
+    threshold: Threshold
+
+    @cached_property
+    def severity(self) -> Array:
+        """True severity of each record, shape (n_record,)."""
+        return np.concatenate([level.severity for level in self.levels])
+
+    @cached_property
+    def outcomes(self) -> Array:
+        """1 if detected, 0 if not, shape (n_record,)."""
+        return np.concatenate([level.detections(self.threshold) for level in self.levels])
+
+    @cached_property
+    def tally(self) -> pod.Tally:
+        """Hits of each level at its *largest* true severity.
+
+        The probability of detection there is at least the mean of the level, so detectable severities are not
+        too small.
+        """
+        rates = [level.detected(self.threshold, 0.95) for level in self.levels]
+        hits, total = (
+            np.array([getattr(rate, name) for rate in rates], float) for name in ("count", "total")
+        )
+        largest = [level.severity.max() for level in self.levels]
+        return pod.Tally(np.maximum.accumulate(largest), hits, total)
+
+    def lie_on_the_rise(self, curve: pod.PodCurve) -> bool:
+        """Whether at least two levels lie on the slope of the curve.
+
+        True severities within a level differ too little to determine a slope. A level whose severities span
+        an octave counts as two.
+        """
+        if curve.is_step:
+            return False
+        floor, count = curve.false_alarm_rate, 0
+        for level in self.levels:
+            rise = (float(curve.probability(level.severity).mean()) - floor) / (1.0 - floor)
+            span = level.severity.max() / level.severity.min()
+            count += (1 + bool(comparable(span) >= 2.0)) * (0.01 < round(rise, 6) < 0.99)
+        return count >= 2
+
+    def curves(self, outcomes: Array, floor: float) -> list[pod.PodCurve]:
+        """Curves on both axes, the more likely first; two levels have the same likelihood on both."""
+        axes: tuple[pod.AxisName, ...] = ("log", "linear")
+        log, linear = (
+            pod.probability_of_detection(self.severity, outcomes, false_alarm_rate=floor, axis=axis)
+            for axis in axes
+        )
+        return [log, linear] if log.log_likelihood >= linear.log_likelihood - 1e-6 else [linear, log]
+
+    def curves_with_one_miss_more(self, floor: float) -> list[pod.PodCurve]:
+        """Curves fitted with one detection fewer; none if these have no slope either.
+
+        It is the one at the largest severity of the smallest level that is always detected. More hits never
+        worsen a bound, so the bound of these curves is valid.
+        """
+        outcomes, first = self.outcomes.copy(), 0
+        for level, misses in zip(self.levels, self.tally.misses, strict=True):
+            if not misses:
+                outcomes[first + int(np.argmax(level.severity))] = 0.0
+                curves = self.curves(outcomes, floor)
+                is_described = not pod.lack_of_fit(curves[0]) < SIGNIFICANCE
+                return curves if is_described and self.lie_on_the_rise(curves[0]) else []
+            first += level.severity.size
+        return []
+
+    def estimates(self, curve: pod.PodCurve | None, probability: float) -> dict[str, pod.DetectableSeverity]:
+        """``q50`` and ``q90`` of a curve, or else interpolated between the levels."""
+        return {
+            name: pod.interpolated_level(self.tally, probability=share)
+            if curve is None
+            else pod.smallest_detectable(curve, probability=share, confidence=None)
+            for name, share in (("q50", 0.5), ("q90", probability))
+        }
+
+    def bound(
+        self, probability: float, confidence: float, curves: Sequence[pod.PodCurve], *, is_sure: bool
+    ) -> pod.DetectableSeverity:
+        """Bound from the curves; if these are not sure, at most the bound from the levels."""
+        needed = records_needed(1.0 - probability, confidence)
+        n_record = int(self.tally.total.sum() if curves else self.tally.total[-1])
+        if n_record < needed:
+            where = "" if curves else " at the largest severity"
+            raise NotStatedError(
+                f"{quantile_name(probability, confidence)} needs {needed} faulty records{where}; there are"
+                f" {n_record}",
+                needed,
+            )
+        bounds = [
+            pod.smallest_detectable(curve, probability=probability, confidence=confidence)
+            for curve in _plausible(curves, confidence)
+        ]
+        of_curves = [max(bounds, key=_upper)] if bounds else []
+        if of_curves and is_sure:
+            return of_curves[0]
+        return min((self.bound_of_levels(probability, confidence), *of_curves), key=_upper)
+
+    def bound_of_levels(self, probability: float, confidence: float) -> pod.DetectableSeverity:
+        """Last level whose one-sided limit of the detection rate meets a probability."""
+        rates = [level.detected(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
+        shown = np.array([comparable(rate.low) >= comparable(probability) for rate in rates])
+        n_group, needed = rates[-1].n_group, records_needed(1.0 - probability, confidence)
+        if n_group is not None and n_group < needed and not shown[-1]:
+            raise NotStatedError(
+                f"{quantile_name(probability, confidence)} needs {needed} groups of faulty records that"
+                f" agree; there are {n_group}",
+                needed,
+            )
+        return pod.last_shown(self.tally.severity, shown, probability, confidence)
 
 
 def detectability(
@@ -258,85 +348,32 @@ def detectability(
     used: Sequence[pod.PodCurve] = ()
     if is_described and all(level.groups is None for level in known):
         used = curves if has_curve else tested.curves_with_one_miss_more(floor)
-    smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes, n_tried)
+    confidences = {"q90_95": rules.confidence}
+    if n_tried > 1:
+        confidences["q90_95_of_all"] = rates.simultaneous_confidence(rules.confidence, n_tried)
+    bounds: dict[str, pod.DetectableSeverity] = {}
+    for name, confidence in confidences.items():
+        stated = partial(tested.bound, rules.probability, confidence, used, is_sure=has_curve)
+        if (bound := notes.unless_refused(stated)) is not None:
+            bounds[name] = bound
+    estimates = tested.estimates(curves[0] if has_curve else None, rules.probability)
+    bound = bounds.get("q90_95")
+    if bound is not None and _upper(estimates["q90"]) > _upper(bound):
+        estimates = tested.estimates(used[0] if bound.source == "curve" else None, rules.probability)
     if not has_curve:
         why = "fewer than two tested levels lie on the slope of the curve of detection"
         if not is_described:
             why = f"the curve of detection does not describe the hits and misses (p = {fit:.2g})"
         notes.remarks.append(f"{why}: severities come from tested levels, or a curve with one more miss")
     bounding = tuple(_plausible(used, rules.confidence))
-    return {"curve": curves[0], "lack_of_fit": fit, "smallest": smallest, "bounding": bounding}
+    found = {"curve": curves[0], "lack_of_fit": fit, "bounding": bounding}
+    return {**found, "smallest": estimates | bounds}
 
 
 def _with_severity(level: Part) -> Part:
     rows = np.flatnonzero((level.severity > 0.0) & np.isfinite(level.severity))
     groups = None if level.groups is None else [level.groups[row] for row in rows]
     return Part(level.scores[rows], level.severity[rows], groups)
-
-
-def _smallest(
-    curve: pod.PodCurve | None,
-    used: Sequence[pod.PodCurve],
-    tested: TestedLevels,
-    rules: Rules,
-    notes: Notes,
-    n_tried: int,
-) -> dict[str, pod.DetectableSeverity]:
-    """Estimates from the curve, or else from the levels; bounds from the curves that are used."""
-    confidences = {"q90_95": rules.confidence}
-    if n_tried > 1:
-        confidences["q90_95_of_all"] = rates.simultaneous_confidence(rules.confidence, n_tried)
-    bounds: dict[str, pod.DetectableSeverity] = {}
-    for name, confidence in confidences.items():
-        bound = notes.unless_refused(
-            partial(_bound, used, tested, rules.probability, confidence, is_sure=curve is not None)
-        )
-        bounds |= {} if bound is None else {name: bound}
-    estimates = _estimates(curve, tested, rules)
-    bound = bounds.get("q90_95")
-    if bound is not None and _upper(estimates["q90"]) > _upper(bound):
-        estimates = _estimates(used[0] if bound.source == "curve" else None, tested, rules)
-    return estimates | bounds
-
-
-def _estimates(
-    curve: pod.PodCurve | None, tested: TestedLevels, rules: Rules
-) -> dict[str, pod.DetectableSeverity]:
-    """``q50`` and ``q90`` of a curve, or else interpolated between the tested levels."""
-    return {
-        name: pod.interpolated_level(tested.tally, probability=probability)
-        if curve is None
-        else pod.smallest_detectable(curve, probability=probability, confidence=None)
-        for name, probability in (("q50", 0.5), ("q90", rules.probability))
-    }
-
-
-def _bound(
-    curves: Sequence[pod.PodCurve],
-    tested: TestedLevels,
-    probability: float,
-    confidence: float,
-    *,
-    is_sure: bool,
-) -> pod.DetectableSeverity:
-    """Bound from the curves; if these were fitted with one miss more, at most the bound from the levels."""
-    needed = records_needed(1.0 - probability, confidence)
-    n_record = int(tested.tally.total.sum() if curves else tested.tally.total[-1])
-    if n_record < needed:
-        where = "" if curves else " at the largest severity"
-        raise NotStatedError(
-            f"{quantile_name(probability, confidence)} needs {needed} faulty records{where}; there are"
-            f" {n_record}",
-            needed,
-        )
-    bounds = [
-        pod.smallest_detectable(curve, probability=probability, confidence=confidence)
-        for curve in _plausible(curves, confidence)
-    ]
-    of_curves = [max(bounds, key=_upper)] if bounds else []
-    if of_curves and is_sure:
-        return of_curves[0]
-    return min((tested.bound(probability, confidence), *of_curves), key=_upper)
 
 
 def _upper(bound: pod.DetectableSeverity) -> float:

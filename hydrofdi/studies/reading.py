@@ -25,7 +25,7 @@ from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, ExperimentData
 from hydrofdi.store.folder import read_costs
 from hydrofdi.store.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, MISSING, OBSTACLE, STATUS
-from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords
+from hydrofdi.studies.records import Scored, StudyRecords
 
 
 def within(scored: Scored, sensors: Collection[str]) -> bool:
@@ -46,7 +46,11 @@ _SEVERITIES = {
 """Parameter of the faults → variable with the true severity of each run, and its unit."""
 
 
-def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
+Design = tuple[StudyRecords, tuple[Scored, ...]]
+"""Records of one design of a study, and their scores; a measured study has one."""
+
+
+def read_study(data: ExperimentData) -> tuple[Design, ...]:
     """Read the designs of a stored study.
 
     Severity is the true mean leakage flow over the whole record, or K_i if the faults are specified by it, or
@@ -61,7 +65,7 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     )
 
 
-def _design(data: ExperimentData, measured: Sequence[Scored], records: StudyRecords) -> StudyDesign:
+def _design(data: ExperimentData, measured: Sequence[Scored], records: StudyRecords) -> Design:
     """The scores that the sensors allow; remarks name the others."""
     detection, remarks = data.experiment.detection, [*records.remarks]
     raw = [replace(number, values=number.values[records.runs]) for number in measured]
@@ -85,7 +89,7 @@ def _design(data: ExperimentData, measured: Sequence[Scored], records: StudyReco
         wanted = {label: score for label, score in wanted.items() if label not in lacking_extra}
         remarks.append(f"omitted because they need the extra ({EXTRA}): {', '.join(lacking_extra)}")
     records = replace(records, remarks=tuple(remarks))
-    return StudyDesign(records, (*judged, *made_scores(records, numbers, wanted)))
+    return records, (*judged, *made_scores(records, numbers, wanted))
 
 
 def _label(number: Scored) -> str:
@@ -152,7 +156,7 @@ def _numbers(name: str, values: Array, channels: tuple[str, ...], output: Output
     for index in np.ndindex(values.shape[1:]):
         own = np.asarray(values[(slice(None), *index)], dtype=float)
         full = f"{name}{''.join(f'[{part}]' for part in index)}"
-        yield Scored(full, own, channels, output.unit, output.long_name, output.direction)
+        yield Scored(full, own, channels, output.unit, output.direction)
 
 
 def needed_channels(indicator: Indicator[Any]) -> tuple[str, ...]:
@@ -259,7 +263,14 @@ def _made(
     notes = [score.caution, *left_out]
     try:
         if is_shared:
-            _refuse_few_groups(score.name, records.groups, is_faulty, is_fit)
+            why = f"the score {score.name} is cross-fitted on test records"
+            if records.groups is None:
+                raise NotStatedError(f"{why}: it needs groups, and no record has one")
+            for kind, own in (("healthy", ~is_faulty), ("faulty", is_faulty)):
+                n_group = len({records.groups[row] for row in np.flatnonzero(is_fit & own).tolist()})
+                if n_group < 2:
+                    needs = f"it needs at least two groups with {kind} records"
+                    raise NotStatedError(f"{why}: {needs}, not {n_group}", 2)
         scores = cross_fitted_scores(score, values[:, known], is_faulty, records.groups, is_fit=is_fit)
     except NotStatedError as refusal:
         scores, notes = np.full(is_fit.size, np.nan), [f"{refusal}.", *left_out]
@@ -268,24 +279,10 @@ def _made(
         name,
         scores,
         tuple(channel.value for channel in Channel if channel.value in used),
-        long_name=score.summary,
         direction=score.direction,
         cost=_cost(kept),
         note=" ".join(notes),
     )
-
-
-def _refuse_few_groups(
-    name: str, groups: Sequence[str] | None, is_faulty: NDArray[np.bool_], is_fit: NDArray[np.bool_]
-) -> None:
-    """Refuse to train on test records if groups do not allow cross-fitting."""
-    why = f"the score {name} is cross-fitted on test records"
-    if groups is None:
-        raise NotStatedError(f"{why}: it needs groups, and no record has one")
-    for kind, own in (("healthy", ~is_faulty), ("faulty", is_faulty)):
-        n_group = len({groups[row] for row in np.flatnonzero(is_fit & own).tolist()})
-        if n_group < 2:
-            raise NotStatedError(f"{why}: it needs at least two groups with {kind} records, not {n_group}", 2)
 
 
 def _cost(numbers: Sequence[Scored]) -> float | None:
@@ -315,7 +312,6 @@ def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Ite
             scored,
             name=f"{scored.name}{CHANGE}",
             values=scored.values - earlier,
-            long_name=f"change of: {scored.long_name}",
             note="; ".join(filter(None, (scored.note, NOTE))),
         )
 
@@ -340,7 +336,7 @@ def measured_study(
     measured: Iterable[RecordMeasures],
     healthy: Collection[str],
     severity: Mapping[str, float],
-) -> StudyDesign:
+) -> Design:
     """Build a study of healthy and faulty records from their labels.
 
     With groups, all healthy records are fit records, and each healthy group is tested at the threshold of the
@@ -363,7 +359,9 @@ def measured_study(
         raise ConfigError(f"{WHICH}; found {', '.join(map(repr, sorted(labels)[:10]))}")
     require_labels((("healthy", label) for label in healthy), labels)
     is_healthy = np.array([record.label in healthy for record in labelled])
-    groups = _groups(labelled)
+    groups = None
+    if any(record.group for record in labelled):  # a record without a group is its own group
+        groups = tuple(record.group or f"record {record.record_id}" for record in labelled)
     has_groups = groups is not None and len({groups[row] for row in np.flatnonzero(is_healthy)}) > 1
     faults = {
         label: Population(label, Kind.FAULT, severity=severity.get(label, 0.0))
@@ -380,11 +378,16 @@ def measured_study(
         of_record[rows[: rows.size // 2]] = 1
     known = {**severity, **dict.fromkeys(healthy, 0.0)}
     severities = np.array([known.get(record.label, np.nan) for record in labelled])
-    remarks = [*([] if has_groups else [_split_remark(groups)]), *_confounded(groups, is_healthy)]
+    why = "no record has a group" if groups is None else "there is only one healthy group"
+    split = (
+        f"{why}: healthy records are split into random halves (seed {SEED}): one sets thresholds, the other"
+        " is tested; false alarms on another unit or day are unknown"
+    )
+    remarks = [*([] if has_groups else [split]), *_confounded(groups, is_healthy)]
     records = StudyRecords(
         populations, of_record, severities, groups=groups, remarks=tuple(remarks), is_labelled=True
     )
-    return StudyDesign(records, tuple(_scores(columns, labelled)))
+    return records, tuple(_scores(columns, labelled))
 
 
 WHICH = "which records are healthy? State it: --healthy LABEL, or 'healthy: [LABEL]' in the description"
@@ -401,21 +404,6 @@ def require_labels(stated: Iterable[tuple[str, str]], labels: Collection[str]) -
     ]
     if mistakes:
         raise ConfigError(mistakes)
-
-
-def _groups(records: Sequence[RecordMeasures]) -> tuple[str, ...] | None:
-    """Groups of records; a record without a group is its own group."""
-    if not any(record.group for record in records):
-        return None
-    return tuple(record.group or f"record {record.record_id}" for record in records)
-
-
-def _split_remark(groups: Sequence[str] | None) -> str:
-    why = "no record has a group" if groups is None else "there is only one healthy group"
-    return (
-        f"{why}: healthy records are split into random halves (seed {SEED}): one sets thresholds, the other"
-        " is tested; false alarms on another unit or day are unknown"
-    )
 
 
 def _confounded(groups: Sequence[str] | None, is_healthy: NDArray[np.bool_]) -> Iterator[str]:

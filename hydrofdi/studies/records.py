@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from typing import TypeVar
+from functools import partial
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.charts import AlarmLimit
+from hydrofdi.detectors.charts import AlarmLimit, Delays
 from hydrofdi.detectors.rules import Rules, ScoreConfig
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation import pod
-from hydrofdi.evaluation.rates import Area, HealthyPair, Rate, alarm_rate, confidence_text
-from hydrofdi.evaluation.scores import NOTHING, Array, Direction, Estimate, Kind, Population, comparable
-from hydrofdi.evaluation.threshold import Threshold, records_needed, time_needed
+from hydrofdi.evaluation.rates import Area, HealthyPair, Rate, alarm_rate
+from hydrofdi.evaluation.scores import NOTHING, Array, Direction, Kind, Population, comparable
+from hydrofdi.evaluation.threshold import Threshold, time_needed
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,6 @@ class Scored:
     values: Array
     channels: tuple[str, ...] = ()
     unit: str = "1"
-    long_name: str = ""
     direction: Direction | None = None
     cost: float | None = None
     note: str = ""
@@ -105,11 +104,6 @@ class StudyRecords:
         """Rows of the records of a population."""
         return np.flatnonzero(self.of_record == self.populations.index(population))
 
-    def values(self, scored: Scored, populations: Sequence[Population]) -> Array:
-        """Scores of the records of some populations, one population after another."""
-        rows = [self.rows(population) for population in populations]
-        return scored.values[np.concatenate(rows)] if rows else np.empty(0)
-
     def n_missing(self, scored: Scored, population: Population) -> int:
         """Number of records of a population without a score."""
         return int(np.isnan(scored.values[self.rows(population)]).sum())
@@ -120,39 +114,42 @@ class StudyRecords:
         return tuple(sorted(own, key=lambda each: each.severity))
 
 
-@dataclass(frozen=True, eq=False)
-class StudyDesign:
-    """A design of a study with its scores; that of a measured study is its only one."""
+Found = TypeVar("Found", covariant=True)
 
-    records: StudyRecords
-    scores: tuple[Scored, ...]
+SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
+"""Kinds of populations whose alarms are false ones, in the order in which they are tested."""
 
 
 @dataclass(frozen=True)
-class Level:
-    """Faulty test records of one nominal severity.
+class Outcome(Generic[Found]):
+    """What a score or a chart does on the test records of a population.
 
     Attributes
     ----------
     severity : float
-        Mean true severity of its records [unit of the severity]; NaN if unknown.
-    detected : Rate or None
-        Detection rate; None without a threshold or a measured false-alarm rate.
+        Mean true severity of its records [unit of the severity], of a delay the mean flow from the onset on
+        [m³/s]; NaN if unknown.
+    found : Rate, AlarmLimit, Delays or None
+        Alarms of a score; false alarms of a chart, or its delays. None without a threshold or a measured
+        false-alarm rate.
     area : Area or None
-        Area under the ROC curve against the healthy test records; None if undefined.
+        Area under the ROC curve of leaks against the healthy test records; None if undefined.
+    is_counted : bool
+        Whether the records are too few for a rate, so that only its alarms are counted.
     """
 
     population: Population
     severity: float
-    detected: Rate | None
-    area: Area | None
+    found: Found
+    area: Area | None = None
+    is_counted: bool = False
 
 
 LEAST_OF_GROUP = 5
 """Records of a healthy group that can be compared with another; areas of fewer are 0 or 1 by chance."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Judgement:
     """Evaluation of a score as a detector, at the threshold set by healthy fit records.
 
@@ -162,23 +159,17 @@ class Judgement:
         Direction, declared or learned from fit records.
     threshold : Threshold or None
         None if the fit records do not carry one.
-    false_alarms : mapping of Population to Rate
-        False-alarm rates of healthy test records, each shift and each confusion; empty without a threshold.
-    levels : tuple of Level
-        Ascending.
+    outcomes : tuple of Outcome
+        Of healthy test records, shifts and confusions, none without a threshold; then of the levels of the
+        fault, ascending.
     lack_of_fit : float
         P-value of the curve; NaN without one.
     smallest : mapping of str to DetectableSeverity
         ``q50``, ``q90`` (estimates at 50 % and at the required probability), ``q90_95`` (bound with the
         required confidence) and, for scores selected among many, ``q90_95_of_all`` (simultaneous bound);
         refused values are absent.
-    counted : mapping of Population to int
-        Population with too few records for a rate (only its alarms are counted) → number of records that a
-        rate needs.
     refusals : tuple of str
         Results that are refused, and why.
-    remarks : tuple of str
-        Remarks on the results.
     bounding : tuple of PodCurve
         Curves for the bounds, the most likely first; all are compared with its likelihood.
     healthy_pairs : tuple of HealthyPair
@@ -188,16 +179,49 @@ class Judgement:
     scored: Scored
     direction: Direction
     threshold: Threshold | None
-    false_alarms: Mapping[Population, Rate]
-    levels: tuple[Level, ...]
+    outcomes: tuple[Outcome[Rate | None], ...]
     curve: pod.PodCurve | None = None
     lack_of_fit: float = math.nan
     smallest: Mapping[str, pod.DetectableSeverity] = field(default_factory=dict)
-    counted: Mapping[Population, int] = field(default_factory=dict)
     refusals: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     bounding: tuple[pod.PodCurve, ...] = ()
     healthy_pairs: tuple[HealthyPair, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the score."""
+        return self.scored.name
+
+    @property
+    def bound(self) -> pod.DetectableSeverity | None:
+        """q90/95; None if it is refused."""
+        return self.smallest.get("q90_95")
+
+    @property
+    def found_from(self) -> float:
+        """q90/95 [unit of the severity]; infinite if no tested severity is detected or it is refused."""
+        return math.inf if self.bound is None or self.bound.value is None else self.bound.value
+
+    @property
+    def finds(self) -> bool:
+        """Whether a tested severity is found, whatever its false alarms are."""
+        return math.isfinite(self.found_from)
+
+    def of(self, population: Population) -> Outcome[Rate | None] | None:
+        """Outcome of a population; None if it is not tested."""
+        return next((each for each in self.outcomes if each.population == population), None)
+
+    @property
+    def levels(self) -> tuple[Outcome[Rate | None], ...]:
+        """Outcomes of the fault, ascending."""
+        return tuple(each for each in self.outcomes if each.population.kind is Kind.FAULT)
+
+    @property
+    def false_alarms(self) -> dict[Population, Rate]:
+        """Rates of the populations without the fault."""
+        pairs = ((each.population, each.found) for each in self.outcomes)
+        return {one: rate for one, rate in pairs if one.kind is not Kind.FAULT and rate is not None}
 
     @property
     def keeps_its_rate(self) -> bool | None:
@@ -208,13 +232,11 @@ class Judgement:
         records for a rate. Confusions are not included: they have another fault, so their alarms are
         justified.
         """
-        if self.threshold is None:
-            return None
-        tested = {each for each in self.false_alarms if each.kind is not Kind.CONFUSION}
-        if tested & set(self.exceeded):
+        tested = [each for each in self.outcomes if each.population.kind in (Kind.HEALTHY, Kind.SHIFT)]
+        if any(each.population in self.exceeded for each in tested):
             return False
-        is_known = any(each.kind is Kind.HEALTHY for each in tested) and not tested & self.counted.keys()
-        return True if is_known else None
+        is_known = any(each.population.kind is Kind.HEALTHY for each in tested)
+        return True if is_known and not any(each.is_counted for each in tested) else None
 
     @property
     def exceeded(self) -> tuple[Population, ...]:
@@ -227,7 +249,7 @@ class Judgement:
     @property
     def middle_area(self) -> float:
         """Area under the ROC curve at the middle level; NaN if undefined."""
-        areas = [level.area.value for level in self.levels if level.area is not None]
+        areas = [each.area.value for each in self.outcomes if each.area is not None]
         return areas[(len(areas) - 1) // 2] if areas else math.nan
 
     @property
@@ -249,39 +271,8 @@ class Judgement:
         """
         if math.isnan(spread := self.healthy_spread):
             return None
-        areas = [level.area.value - 0.5 for level in self.levels if level.area is not None]
+        areas = [each.area.value - 0.5 for each in self.outcomes if each.area is not None]
         return bool(comparable(max(areas, default=0.0)) > comparable(spread))
-
-
-@dataclass(frozen=True)
-class LeakDelay:
-    """The detection delay of a leak of one nominal severity.
-
-    Attributes
-    ----------
-    flow : float
-        Mean of the true leakage flows from the onset on [m³/s].
-    n_found, n : int
-        Number of leaks detected before their record ends, and of all leaks.
-    n_early : int
-        Number of false alarms before the onset; the chart restarts after each.
-    not_measurable : int
-        Number of leaks whose estimator diverged before the onset; they count as not detected.
-    watched : float
-        Time from the latest onset to the last instant [s].
-    median, late : Estimate
-        Delay within which half of the leaks, and the required fraction, are detected [s].
-    """
-
-    population: Population
-    flow: float
-    n_found: int
-    n: int
-    n_early: int
-    not_measurable: int
-    watched: float
-    median: Estimate
-    late: Estimate
 
 
 @dataclass(frozen=True)
@@ -294,8 +285,8 @@ class ChartJudgement:
         Label of the chart, the watched output, and the name of the chart rule.
     centre, spread : float
         Median and spread of the watched output in healthy fit records [unit]; NaN if there is no limit.
-    false_alarms : mapping of Population to AlarmLimit
-        False alarms at this limit of healthy test records, each shift and each confusion.
+    outcomes : tuple of Outcome
+        False alarms at this limit of healthy test records, shifts and confusions; then delays of leaks.
     """
 
     label: str
@@ -306,18 +297,20 @@ class ChartJudgement:
     centre: float = math.nan
     spread: float = math.nan
     limit: AlarmLimit | None = None
-    false_alarms: Mapping[Population, AlarmLimit] = field(default_factory=dict)
-    delays: tuple[LeakDelay, ...] = ()
+    outcomes: tuple[Outcome[AlarmLimit | Delays], ...] = ()
     refusals: tuple[str, ...] = ()
 
-    def keeps(self, population: Population) -> bool | None:
-        """Whether the false-alarm rate of a population is compatible with the requirement.
+    @property
+    def delays(self) -> dict[Population, Delays]:
+        """Delays of the leaks that set in while the chart watches."""
+        pairs = ((each.population, each.found) for each in self.outcomes)
+        return {population: found for population, found in pairs if isinstance(found, Delays)}
 
-        None if its records are not watched, or not long enough.
+    def keeps(self, tested: AlarmLimit) -> bool | None:
+        """Whether the false alarms of a population are compatible with the requirement.
+
+        None if its records are not long enough.
         """
-        tested = self.false_alarms.get(population)
-        if tested is None:
-            return None
         if tested.high < self.false_alarm_every:
             return False
         return True if tested.duration >= time_needed(self.false_alarm_every, tested.confidence) else None
@@ -365,35 +358,28 @@ def ranked(judgements: Sequence[Judgement], *, is_labelled: bool = False) -> tup
 
 
 def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
-    area, smallest = judgement.middle_area, comparable(found_from(judgement))
+    area, smallest = judgement.middle_area, comparable(judgement.found_from)
     suspicion = 0.0 if math.isnan(area) else comparable(area)
     second = float(len(judgement.scored.channels)) if math.isfinite(smallest) else -_largest_rate(judgement)
     kept = _RANK_BY_RATE[judgement.keeps_its_rate]
-    return kept, smallest, second, -suspicion, judgement.scored.name
+    return kept, smallest, second, -suspicion, judgement.name
 
 
 def _place_by_control(judgement: Judgement) -> tuple[bool, bool, float, float, float, str]:
     return (
         judgement.stands_clear is False,
         judgement.keeps_its_rate is False,
-        comparable(found_from(judgement)),
+        comparable(judgement.found_from),
         -round(0.0 if math.isnan(judgement.middle_area) else judgement.middle_area, 2),
         max(0.0, comparable(judgement.healthy_spread)),  # NaN counts as 0
-        judgement.scored.name,
+        judgement.name,
     )
 
 
 def _largest_rate(judgement: Judgement) -> float:
     """Detection rate at the largest level; 0 if there is none."""
-    rates = [level.detected.value for level in judgement.levels[-1:] if level.detected is not None]
+    rates = [level.found.value for level in judgement.levels[-1:] if level.found is not None]
     return rates[0] if rates and math.isfinite(rates[0]) else 0.0
-
-
-def found_from(judgement: Judgement) -> float:
-    """q90/95 [unit of the severity]; infinite if no tested severity is detected or it is refused."""
-    bound = judgement.smallest.get("q90_95")
-    value = None if bound is None else bound.value
-    return math.inf if value is None else value
 
 
 def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
@@ -404,9 +390,9 @@ def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
     are included.
     """
     able = [
-        (judgement.scored.name, frozenset(judgement.scored.channels), comparable(found_from(judgement)))
+        (judgement.name, frozenset(judgement.scored.channels), comparable(judgement.found_from))
         for judgement in judgements
-        if judgement.keeps_its_rate and judgement.scored.channels and math.isfinite(found_from(judgement))
+        if judgement.keeps_its_rate and judgement.scored.channels and math.isfinite(judgement.found_from)
     ]
     return frozenset(
         name
@@ -457,98 +443,6 @@ def part(records: StudyRecords, scored: Scored, populations: Collection[Populati
     return Part(scored.values[rows], records.severity[rows], groups)
 
 
-SIGNIFICANCE = 0.05
-"""Significance level of the goodness-of-fit test: a curve with a smaller p-value is not used."""
-
-
-@dataclass(frozen=True, eq=False)
-class TestedLevels:
-    """Levels of nominal severity, ascending; all true severities are known.
-
-    A record without a score raises no alarm, so it counts as a miss.
-    """
-
-    levels: Sequence[Part]
-    threshold: Threshold
-
-    @cached_property
-    def severity(self) -> Array:
-        """True severity of each record, shape (n_record,)."""
-        return np.concatenate([level.severity for level in self.levels])
-
-    @cached_property
-    def outcomes(self) -> Array:
-        """1 if detected, 0 if not, shape (n_record,)."""
-        return np.concatenate([level.detections(self.threshold) for level in self.levels])
-
-    @cached_property
-    def tally(self) -> pod.Tally:
-        """Hits of each level at its *largest* true severity.
-
-        The probability of detection there is at least the mean of the level, so detectable severities are not
-        too small.
-        """
-        rates = [level.detected(self.threshold, 0.95) for level in self.levels]
-        hits, total = (
-            np.array([getattr(rate, name) for rate in rates], float) for name in ("count", "total")
-        )
-        largest = [level.severity.max() for level in self.levels]
-        return pod.Tally(np.maximum.accumulate(largest), hits, total)
-
-    def lie_on_the_rise(self, curve: pod.PodCurve) -> bool:
-        """Whether at least two levels lie on the slope of the curve.
-
-        True severities within a level differ too little to determine a slope. A level whose severities span
-        an octave counts as two.
-        """
-        if curve.is_step:
-            return False
-        floor, count = curve.false_alarm_rate, 0
-        for level in self.levels:
-            rise = (float(curve.probability(level.severity).mean()) - floor) / (1.0 - floor)
-            span = level.severity.max() / level.severity.min()
-            count += (1 + bool(comparable(span) >= 2.0)) * (0.01 < round(rise, 6) < 0.99)
-        return count >= 2
-
-    def curves(self, outcomes: Array, floor: float) -> list[pod.PodCurve]:
-        """Curves on both axes, the more likely first; two levels have the same likelihood on both."""
-        axes: tuple[pod.AxisName, ...] = ("log", "linear")
-        log, linear = (
-            pod.probability_of_detection(self.severity, outcomes, false_alarm_rate=floor, axis=axis)
-            for axis in axes
-        )
-        return [log, linear] if log.log_likelihood >= linear.log_likelihood - 1e-6 else [linear, log]
-
-    def curves_with_one_miss_more(self, floor: float) -> list[pod.PodCurve]:
-        """Curves fitted with one detection fewer; none if these have no slope either.
-
-        It is the one at the largest severity of the smallest level that is always detected. More hits never
-        worsen a bound, so the bound of these curves is valid.
-        """
-        outcomes, first = self.outcomes.copy(), 0
-        for level, misses in zip(self.levels, self.tally.misses, strict=True):
-            if not misses:
-                outcomes[first + int(np.argmax(level.severity))] = 0.0
-                curves = self.curves(outcomes, floor)
-                is_described = not pod.lack_of_fit(curves[0]) < SIGNIFICANCE
-                return curves if is_described and self.lie_on_the_rise(curves[0]) else []
-            first += level.severity.size
-        return []
-
-    def bound(self, probability: float, confidence: float) -> pod.DetectableSeverity:
-        """Last level whose one-sided limit of the detection rate meets a probability."""
-        rates = [level.detected(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
-        shown = np.array([comparable(rate.low) >= comparable(probability) for rate in rates])
-        n_group, needed = rates[-1].n_group, records_needed(1.0 - probability, confidence)
-        if n_group is not None and n_group < needed and not shown[-1]:
-            raise NotStatedError(
-                f"{quantile_name(probability, confidence)} needs {needed} groups of faulty records that"
-                f" agree; there are {n_group}",
-                needed,
-            )
-        return pod.last_shown(self.tally.severity, shown, probability, confidence)
-
-
 @dataclass
 class Notes:
     """Remarks and refusals collected during an evaluation."""
@@ -565,23 +459,13 @@ class Notes:
             return None
 
 
-def quantile_name(probability: float, confidence: float) -> str:
-    """Name such as ``q90/95``: detected with 90 % probability at 95 % confidence."""
-    return f"q{100.0 * probability:.5g}/{confidence_text(confidence)}"
-
-
 @dataclass(frozen=True)
 class Nuisance:
     """Effect of one nuisance alone on a healthy score; None if there is no result.
 
-    Attributes
-    ----------
-    parameter : str
-        Dotted name; ``nothing`` for the variation between records of one actuator.
-    alone : Spread or None
-        Inner 90 % range of the score if only this nuisance varies, relative to the range if all vary.
-    imitated : EquivalentFault or None
-        As from `Response.imitated`.
+    `parameter`: dotted name; ``nothing`` for the variation between records of one actuator. `alone`: inner
+    90 % range of the score if only this nuisance varies, relative to the range if all vary. `imitated`: as
+    from `Response.imitated`.
     """
 
     parameter: str
@@ -595,13 +479,14 @@ def nuisances_of(
     """Sensitivity of a score to each nuisance, the variation between records last, and what is refused."""
     notes = Notes()
     alone = sorted(records.chosen(Kind.ALONE, is_fit=False), key=lambda each: each.name == NOTHING)
-    own = {each.name: records.values(scored, [each]) for each in alone}
+    own = {each.name: scored.values[records.rows(each)] for each in alone}
     if not own:
         return [], []
-    of_kind = [each for each in records.populations if each.kind is Kind.HEALTHY]
-    healthy = records.values(scored, of_kind)
+    healthy = np.concatenate(
+        [scored.values[records.rows(each)] for each in records.populations if each.kind is Kind.HEALTHY]
+    )
     faults = sorted(
-        (_severity(records, each), index, records.values(scored, [each]))
+        (_severity(records, each), index, scored.values[records.rows(each)])
         for index, each in enumerate(records.chosen(Kind.FAULT, is_fit=False))
     )
     response = None

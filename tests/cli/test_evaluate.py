@@ -177,9 +177,7 @@ def test_of_equal_areas_the_quieter_control_comes_first():
     of_record, severity = (np.repeat([first, second], [20, 10]) for first, second in ((0, 1), (0.0, np.nan)))
     records = StudyRecords(populations, of_record, severity, groups=groups, is_labelled=True)
     scores = [
-        Scored(
-            name, np.add.outer([0.0, moved, 100.0], np.arange(10.0)).ravel(), (), "1", "", Direction.RISING
-        )
+        Scored(name, np.add.outer([0.0, moved, 100.0], np.arange(10.0)).ravel(), direction=Direction.RISING)
         for name, moved in (("a_moved", 4.0), ("z_quiet", 0.5))
     ]
     for is_labelled, names in ((True, ["z_quiet", "a_moved"]), (False, ["a_moved", "z_quiet"])):

@@ -15,7 +15,7 @@ from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.papers.maddahi2015.study import clustered_share, wilson_interval
 from hydrofdi.report.responses import fifths, rank_correlation
 from hydrofdi.studies.judging import detectability
-from hydrofdi.studies.records import Judgement, Level, Notes, Part, Scored, ranked
+from hydrofdi.studies.records import Judgement, Notes, Outcome, Part, Scored, ranked
 from tests.evaluation.test_pod import hits
 
 
@@ -58,8 +58,8 @@ def test_equal_scores_are_ranked_by_name():
     limit = quantile_threshold(scores, 0.3)
 
     def judged(name, area):
-        levels = (Level(level, 1.0, None, Area(area, 0.0, 1.0, 9, 9)),)
-        return Judgement(Scored(name, scores), Direction.RISING, limit, {}, levels)
+        outcome = Outcome(level, 1.0, None, Area(area, 0.0, 1.0, 9, 9))
+        return Judgement(Scored(name, scores), Direction.RISING, limit, (outcome,))
 
     for last in np.arange(-3, 4) * 1.1e-16:
         both = ranked([judged("b", 0.7 + last), judged("a", 0.7)])

@@ -17,17 +17,17 @@ WORN = Population("worn", Kind.CONFUSION)
 LEVELS = tuple(Population(f"{level:.3g}", Kind.FAULT, severity=level) for level in np.geomspace(0.01, 1.0, 9))
 
 
-def study(sizes, spread=0.02, seed=0, groups=None):
+def study(sizes, spread=0.02):
     """Records of populations → their number, with true severities around the nominal ones."""
     of_record = np.repeat(np.arange(len(sizes)), list(sizes.values()))
     nominal = np.array([population.severity for population in sizes])[of_record]
-    true = nominal * np.exp(np.random.default_rng(seed).normal(0.0, spread, of_record.size))
-    return StudyRecords(tuple(sizes), of_record, true, "1", groups)
+    true = nominal * np.exp(np.random.default_rng(0).normal(0.0, spread, of_record.size))
+    return StudyRecords(tuple(sizes), of_record, true, "1")
 
 
-def usual(healthy=1000, each=100, **more):
+def usual(healthy=1000, each=100):
     sizes = {FIT: healthy, PILOT: 100, TEST: healthy, **dict.fromkeys(LEVELS, each), STIFFER: 500, WORN: 500}
-    return study(sizes, **more)
+    return study(sizes)
 
 
 def rising(records, slope=3.0, half=0.1, seed=1, name="rising", direction=Direction.RISING, **more):

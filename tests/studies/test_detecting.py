@@ -7,50 +7,46 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from hydrofdi.detectors.rules import Rules, ScoreConfig
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.pod import Tally, interpolated_level
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold
-from hydrofdi.studies import records as parts
 from hydrofdi.studies.detecting import detect
+from hydrofdi.studies.judging import TestedLevels as Levels
 from hydrofdi.studies.judging import detectability
-from hydrofdi.studies.reading import made_scores
 from hydrofdi.studies.records import Notes, Part, Scored
 from tests.evaluation.repeats import holds_at_least
-from tests.studies.populations import FIT, LEVELS, TEST, rising, usual
+from tests.studies.populations import FIT, LEVELS, rising, usual
 
 RULES = Rules()
 
 
 def names(detection):
-    return [judgement.scored.name for judgement in detection.judgements]
+    return [judgement.name for judgement in detection.judgements]
 
 
 def test_the_smallest_fault_comes_first_and_unkept_rates_last():
     records = usual()
     good, fair = rising(records, half=0.03, name="good"), rising(records, half=0.2, name="fair")
-    noise = Scored(
-        "noise", np.random.default_rng(7).normal(size=good.values.size), (), direction=Direction.RISING
-    )
+    noise = replace(good, name="noise", values=np.random.default_rng(7).normal(size=good.values.size))
     loud = good.values + 5.0 * (records.of_record != records.populations.index(FIT))
     always = replace(good, name="always", values=loud)
     detection = detect(records, [noise, always, fair, good], RULES)
     assert names(detection) == ["good", "fair", "noise", "always"]
-    assert detection.judgements[-1].smallest["q90_95"].value is not None
+    assert detection.judgements[-1].bound.value is not None
     assert names(detect(records, [good, noise, fair, always], RULES)) == names(detection)
 
 
 def test_the_pareto_set_weighs_channels_against_severity():
     records = usual()
     scores = [
-        rising(records, half=0.02, name="four", channels=("p1", "p2", "u", "x")),
-        rising(records, half=0.1, name="two", channels=("p1", "u")),
-        rising(records, half=0.2, name="two, worse", channels=("p1", "u")),
-        rising(records, half=0.3, name="three, worse", channels=("p1", "u", "x")),
-        rising(records, half=0.25, name="one", channels=("x",)),
-        rising(records, half=0.01, name="unknown"),
-    ]
-    assert detect(records, scores, RULES).pareto == {"four", "two", "one"}
+        rising(records, half=half, name=name, channels=tuple(name.split(",")[0].split()))
+        for name, half in (
+            ("p1 p2 u x", 0.02), ("p1 u", 0.1), ("p1 u, worse", 0.2), ("p1 u x, worse", 0.3), ("x", 0.25),
+        )
+    ]  # fmt: skip
+    scores.append(rising(records, half=0.01, name="unknown"))
+    assert detect(records, scores, RULES).pareto == {"p1 p2 u x", "p1 u", "x"}
 
 
 def test_the_number_of_scores_tried_widens_the_bound_of_the_best():
@@ -70,42 +66,25 @@ def test_of_scores_that_find_nothing_the_one_that_detects_most_comes_first():
     often[records.rows(LEVELS[-1])[:70]] += 10.0
     seldom[records.rows(LEVELS[4])] += 1.5
     scores = [Scored(name, own, direction=Direction.RISING) for name, own in (("b", often), ("a", seldom))]
-    detection = detect(records, scores, Rules())
-    assert all(each.smallest["q90_95"].value is None for each in detection.judgements)
-    assert [each.scored.name for each in detection.judgements] == ["b", "a"]
-
-
-def test_the_rule_learns_from_healthy_fit_records_alone():
-    records = usual(healthy=50, each=5)
-    values = 10.0 + np.random.default_rng(1).normal(size=records.severity.size)
-    strange = np.where(records.of_record == records.populations.index(FIT), values, -values)
-    wanted = {"rule": ScoreConfig(kind="largest_change", of=["dwt.d1"])}
-    (plain,), (changed,) = (
-        made_scores(records, [Scored("dwt.d1", own)], wanted) for own in (values, strange)
-    )
-    fit = records.rows(FIT)
-    assert np.array_equal(plain.values[fit], changed.values[fit])
-    assert plain.values[records.rows(TEST)] == pytest.approx(
-        1.0 - values[records.rows(TEST)] / values[fit].mean()
-    )
+    detection = detect(records, scores, RULES)
+    assert all(each.bound.value is None for each in detection.judgements)
+    assert names(detection) == ["b", "a"]
 
 
 SEVERITIES = np.geomspace(0.005, 0.32, 7)
 THRESHOLD = quantile_threshold(np.linspace(0.0, 1.0, 1000), 0.01, direction=Direction.RISING)
 
 
-def found(outcomes, severities=None):
+def found(outcomes, severities=None, groups=None, n_tried=1):
     severities = SEVERITIES[:, None] * np.ones(40) if severities is None else severities
-    levels = [Part(2.0 * own, true, None) for own, true in zip(outcomes, severities, strict=True)]
-    return detectability(levels, THRESHOLD, 0.01, Rules(), Notes())["smallest"]
+    levels = [Part(2.0 * own, true, groups) for own, true in zip(outcomes, severities, strict=True)]
+    return detectability(levels, THRESHOLD, 0.01, RULES, Notes(), n_tried)["smallest"]
 
 
 def bound(*levels):
     """q90/95 of hits at levels 1, 2, …, without a curve."""
-    tested = [
-        Part(2.0 * np.array(own, float), np.full(len(own), 1.0 + n), None) for n, own in enumerate(levels)
-    ]
-    return parts.TestedLevels(tested, THRESHOLD).bound(0.9, 0.95)
+    parts = [Part(2.0 * np.array(own, float), np.full(len(own), n), None) for n, own in enumerate(levels, 1)]
+    return Levels(parts, THRESHOLD).bound_of_levels(0.9, 0.95)
 
 
 def test_29_of_29_show_90_percent_with_95_percent_confidence_and_28_of_28_do_not():
@@ -148,38 +127,33 @@ def test_estimates_between_levels_follow_the_isotonic_estimate():
     assert interpolated_level(counted, probability=0.2).place == "below"
 
 
+def outcomes_of(draw, half, slope):
+    """True severities near the levels, and hits of a curve over their logarithm."""
+    true = SEVERITIES[:, None] * np.exp(draw.normal(0.0, 0.015, (7, 40)))
+    chance = 0.01 + 0.99 * ndtr((np.log(true) - half) / slope)
+    return (draw.random(chance.shape) < chance).astype(float), true
+
+
 @pytest.mark.parametrize("spread", [0.03, pytest.param(0.2, marks=pytest.mark.long), 0.5])
 def test_the_bound_covers_steep_curves_between_levels(spread):
     draw, covered, step = np.random.default_rng(5), 0, np.log(2.0)
     for _ in range(40):
         half = np.log(SEVERITIES[3]) + draw.uniform(-0.5, 0.5) * step
-        true = SEVERITIES[:, None] * np.exp(draw.normal(0.0, 0.015, (7, 40)))
-        chance = 0.01 + 0.99 * ndtr((np.log(true) - half) / (spread * step))
-        bound = found((draw.random(chance.shape) < chance).astype(float), true)["q90_95"]
+        bound = found(*outcomes_of(draw, half, spread * step))["q90_95"]
         truth = np.exp(half + spread * step * ndtri(0.89 / 0.99))
         covered += bound.value is None or bound.value >= truth
     assert holds_at_least(covered, 40, 0.93)
 
 
-def rows(n_repeat, n_record=40, n_group=None):
-    """What is found of curves of many places and slopes, at seven levels."""
-    draw = np.random.default_rng(7)
-    groups = None if n_group is None else [f"unit {k % n_group}" for k in range(n_record)]
-    for _ in range(n_repeat):
-        half, slope = draw.uniform(-5.0, -1.5), draw.uniform(0.02, 0.9)
-        true = SEVERITIES[:, None] * np.exp(draw.normal(0.0, 0.015, (SEVERITIES.size, n_record)))
-        chance = 0.01 + 0.99 * ndtr((np.log(true) - half) / slope)
-        outcomes = (draw.random(chance.shape) < chance).astype(float)
-        levels = [Part(2.0 * own, severity, groups) for own, severity in zip(outcomes, true, strict=True)]
-        yield detectability(levels, THRESHOLD, 0.01, Rules(), Notes(), 20)["smallest"]
-
-
 @pytest.mark.parametrize("n_group", [None, 40])
 def test_no_bound_is_below_the_estimates_beside_it(n_group):
-    sources = set()
-    for found in rows(50, n_group=n_group):
-        names = [name for name in ("q50", "q90", "q90_95", "q90_95_of_all") if name in found]
-        severities = [math.inf if found[name].value is None else found[name].value for name in names]
-        assert severities == sorted(severities), found
-        sources |= {(found["q90"].source, found["q90_95"].source)} if "q90_95" in found else set()
+    draw, sources = np.random.default_rng(7), set()
+    groups = None if n_group is None else [f"unit {k % n_group}" for k in range(40)]
+    for _ in range(50):
+        outcomes = outcomes_of(draw, draw.uniform(-5.0, -1.5), draw.uniform(0.02, 0.9))
+        smallest = found(*outcomes, groups, 20)
+        names = [name for name in ("q50", "q90", "q90_95", "q90_95_of_all") if name in smallest]
+        severities = [math.inf if smallest[name].value is None else smallest[name].value for name in names]
+        assert severities == sorted(severities), smallest
+        sources |= {(smallest["q90"].source, smallest["q90_95"].source)} if "q90_95" in smallest else set()
     assert len(sources) > 1

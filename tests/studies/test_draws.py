@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.config.loading import stored_experiment
 from hydrofdi.evaluation.scores import NOTHING, Kind
 from tests.studies.populations import drawn, rows
 
@@ -15,6 +14,7 @@ STUDY = [
     "study.faults={leakage.internal_flow: [0.1 L/min, 1 L/min], each: 120, fit: 100}",
 ]
 MODULUS = "fluid.bulk_modulus"
+DRAWN = (MODULUS, "friction.viscous", "measurement.seed", "wavelet.phase")
 
 
 def expanded(*more):
@@ -22,22 +22,17 @@ def expanded(*more):
 
 
 def by_population(table, name):
-    return [
-        np.array(table.runs.values(name))[np.flatnonzero(table.study.of_run == number)]
-        for number in range(len(table.study.populations))
-    ]
+    """Population → values."""
+    values = np.array(table.runs.values(name))
+    return {each: values[table.study.of_run == k] for k, each in enumerate(table.study.populations)}
 
 
 def test_all_populations_and_parameters_are_drawn_independently():
     table = expanded("study.shifts={thick: {friction.scale: 2}}")
-    columns = [
-        (values[:100] - values[:100].mean()) / values[:100].std()
-        for name in (MODULUS, "friction.viscous", "measurement.seed", "wavelet.phase")
-        for values in by_population(table, name)
-    ]
-    correlations = np.corrcoef(columns) - np.eye(len(columns))
+    columns = [own[:100] for name in DRAWN for own in by_population(table, name).values()]
     assert len(columns) == 28
-    assert abs(correlations).max() < 0.45  # 4.7 standard errors: 378 pairs reach it once in a thousand seeds
+    # 0.45 are 4.7 standard errors: 378 pairs reach it once in a thousand seeds.
+    assert abs(np.corrcoef(columns) - np.eye(len(columns))).max() < 0.45
 
 
 def test_a_larger_population_begins_with_the_draws_of_a_smaller_one():
@@ -54,10 +49,9 @@ def test_what_is_added_to_a_study_leaves_its_other_draws_alone():
         "study.population.over.supply.pressure={uniform: ±5 %}",
         "study.faults.leakage.internal_flow=[0.1 L/min, 0.5 L/min, 1 L/min]",
     )
-    for name in (MODULUS, "friction.viscous", "measurement.seed", "wavelet.phase"):
-        old = dict(zip(plain.study.populations, by_population(plain, name), strict=True))
-        new = dict(zip(more.study.populations, by_population(more, name), strict=True))
-        assert all(new[each].tolist() == values.tolist() for each, values in old.items())
+    for name in DRAWN:
+        new = by_population(more, name)
+        assert all(new[each].tolist() == old.tolist() for each, old in by_population(plain, name).items())
 
 
 def test_a_shift_sets_its_parameter_and_another_seed_draws_all_anew_as_a_shift_does():
@@ -76,7 +70,7 @@ def test_designs_repeat_the_study_with_the_same_draws():
     one, other = (np.flatnonzero(table.study.design_of_run == design) for design in (0, 1))
     assert table.study.of_run[one].tolist() == table.study.of_run[other].tolist()
     assert table.study.designs == ({"record.duration": 10.0}, {"record.duration": 20.0})
-    for name in (MODULUS, "friction.viscous", "measurement.seed", "wavelet.phase"):
+    for name in DRAWN:
         values = np.array(table.runs.values(name))
         assert values[one].tolist() == values[other].tolist()
     assert set(np.array(table.runs.values("record.duration"))[other]) == {20.0}
@@ -93,16 +87,16 @@ def test_no_healthy_run_is_added_no_run_has_a_baseline_and_each_level_is_solved_
 
 
 def test_seeds_and_phases_are_drawn_where_they_matter_and_the_file_names_none():
-    def per_record(*more):
-        experiment = load_experiment(settings=[*STUDY, *more])
-        return set(experiment.study.population.per_record)
-
-    assert per_record() == {"measurement.seed", "wavelet.phase"}
-    assert per_record("wavelet.phase=3") == {"measurement.seed"}
-    assert per_record("indicators=[ring_down]") == {"measurement.seed"}
     moving = ("input.shape=steps", "load.random_force=1 kN", "indicators=[ring_down]")
-    assert per_record(*moving) == {"measurement.seed", "input.seed", "load.seed"}
-    assert per_record(*moving, "input.seed=5") == {"measurement.seed", "load.seed"}
+    for settings, names in (
+        ((), {"measurement.seed", "wavelet.phase"}),
+        (("wavelet.phase=3",), {"measurement.seed"}),
+        (("indicators=[ring_down]",), {"measurement.seed"}),
+        (moving, {"measurement.seed", "input.seed", "load.seed"}),
+        ((*moving, "input.seed=5"), {"measurement.seed", "load.seed"}),
+    ):
+        experiment = load_experiment(settings=[*STUDY, *settings])
+        assert set(experiment.study.population.per_record) == names
 
 
 def test_all_cheap_indicators_are_measured_where_all_are_judged():
@@ -113,61 +107,71 @@ def test_all_cheap_indicators_are_measured_where_all_are_judged():
     assert (list(chosen.indicators), chosen.detection.indicators) == (["dwt", "emd"], ["emd"])
 
 
-def test_the_stored_configuration_says_the_same():
-    experiment = load_experiment(settings=[*STUDY, "study.shifts={thin: {friction.scale: {uniform: ±9 %}}}"])
-    again = stored_experiment(experiment.model_dump_json(), "a file")
-    assert again == experiment
-    one, other = (
-        drawn(expand_runs(each), MODULUS, Kind.HEALTHY, is_fit=True) for each in (again, experiment)
+def test_alone_one_nuisance_varies_and_the_others_are_nominal():
+    names = (MODULUS, "friction.law", "supply.pressure")
+    study = [
+        "study.population.over={fluid.bulk_modulus: {uniform: ±20 %}, supply.pressure: {uniform: ±5 %},"
+        " friction.law: {choice: [threshold, smooth]}}",
+        "study.healthy={fit: 6, test: 5}",
+        "study.faults={leakage.internal_flow: [0.2 L/min], each: 4, fit: 2}",
+    ]
+    table, without = (
+        expand_runs(load_experiment(settings=[*study, *more]))
+        for more in (["study.sensitivity={alone: 50}"], [])
     )
-    assert one.tolist() == other.tolist()
-
-
-BULK, LAW, SUPPLY = NAMES = ("fluid.bulk_modulus", "friction.law", "supply.pressure")
-
-ALONE_STUDY = """
-name: small
-record: {duration: 2 s}
-study:
-  population:
-    seed: 3
-    over:
-      fluid.bulk_modulus: {uniform: ±20 %}
-      friction.law: {choice: [threshold, smooth]}
-      supply.pressure: {uniform: ±5 %}
-  healthy: {fit: 6, test: 5}
-  faults: {leakage.internal_flow: [0.2 L/min], each: 4, fit: 2}
-"""
-
-
-def alone_expanded(tmp_path, text=ALONE_STUDY, sensitivity="{alone: 50}"):
-    path = tmp_path / "study.yaml"
-    path.write_text(text + (f"  sensitivity: {sensitivity}\n" if sensitivity else ""))
-    return expand_runs(load_experiment(path))
-
-
-@pytest.fixture(scope="module")
-def table(tmp_path_factory):
-    return alone_expanded(tmp_path_factory.mktemp("study"))
-
-
-def test_alone_one_nuisance_varies_and_the_others_are_nominal(table):
-    nominal = {BULK: 551e6, LAW: "threshold", SUPPLY: 17.2e6}
-    for name in (*NAMES, NOTHING):
-        for parameter in NAMES:
+    nominal = dict(zip(names, (551e6, "threshold", 17.2e6), strict=True))
+    for name in (*names, NOTHING):
+        for parameter in names:
             values = set(drawn(table, parameter, Kind.ALONE, name=name))
             if parameter == name:
-                assert len(values) == (2 if parameter == LAW else 50)
+                assert len(values) == (2 if parameter == "friction.law" else 50)
             else:
                 assert values == {nominal[parameter]}
     seeds = table.runs.values("measurement.seed")
     assert len(set(seeds)) == len(seeds), "every record has noise of its own"
     healthy = rows(table, Kind.ALONE, name=NOTHING)
     assert {table.runs[row].parameters.leakage.internal_coefficient for row in healthy.tolist()} == {0.0}
-
-
-def test_a_design_takes_what_it_says(table, tmp_path):
-    without = alone_expanded(tmp_path, sensitivity="")
     assert len(table.runs) == len(without.runs) + (3 + 1) * 50
     ids = list(without.runs.record_texts())
     assert list(table.runs.record_texts())[: len(ids)] == ids
+
+
+@pytest.fixture(scope="module")
+def pairs():
+    return expand_runs(
+        load_experiment(
+            settings=[
+                "study.pairing=common",
+                "study.population={seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %},"
+                " friction.scale: {uniform: ±30 %}}}",
+                "study.healthy={fit: 3, test: 4, shift: 2}",
+                "study.faults={leakage.internal_coefficient: [1e-9, 2e-9], each: 5, fit: 2}",
+                "study.shifts={stiffer: {fluid.bulk_modulus: 827 MPa}}",
+            ]
+        )
+    )
+
+
+@pytest.mark.parametrize("is_fit", [True, False])
+def test_every_actuator_that_is_judged_has_a_record_before(pairs, is_fit):
+    before, groups = rows(pairs, Kind.BEFORE, is_fit=is_fit), pairs.study.actuators
+    assert len(before) == (3 if is_fit else 5)
+    assert not np.any(np.array(pairs.runs.values("leakage.internal_coefficient"))[before])
+    for kind, severity in ((Kind.HEALTHY, 0.0), (Kind.FAULT, 1e-9), (Kind.FAULT, 2e-9)):
+        after = rows(pairs, kind, is_fit=is_fit, severity=severity)
+        of_same = before[: len(after)]
+        for name in (MODULUS, "friction.scale"):
+            values = np.array(pairs.runs.values(name))
+            np.testing.assert_array_equal(values[after], values[of_same])
+        assert [groups[row] for row in after] == [groups[row] for row in of_same]
+
+
+def test_actuators_are_groups_of_which_fit_and_test_share_none_and_a_shift_changes_those_seen_before(pairs):
+    modulus, friction = (np.array(pairs.runs.values(name)) for name in (MODULUS, "friction.scale"))
+    before, after = rows(pairs, Kind.BEFORE), rows(pairs, Kind.SHIFT)
+    assert not set(modulus[before]) & set(modulus[rows(pairs, Kind.BEFORE, is_fit=True)])
+    np.testing.assert_array_equal(friction[after], friction[before][: len(after)])
+    assert (modulus[after] == 827e6).all()
+    assert len(set(pairs.runs.values("measurement.seed"))) == len(pairs.runs), "noise is of each record"
+    together = set(zip(pairs.study.actuators, friction, strict=True))
+    assert len(together) == len(set(pairs.study.actuators)) == len(set(friction))

@@ -1,6 +1,7 @@
 """Charts on traces whose run lengths and delays are known; what they may see, and what not."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,10 @@ from scipy.special import ndtri
 from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.report.detection.sections import run_lengths_block
 from hydrofdi.studies.detecting import Traces, judge_chart
+from hydrofdi.studies.records import Detection
+from tests.commands import run, run_json
 from tests.studies.populations import FIT, LEVELS, STIFFER, TEST, study
 
 SMALL, LARGE = LEVELS[0], LEVELS[-1]
@@ -18,17 +22,16 @@ LATENT = 3
 """Instants between the onset and the rise of a leak."""
 
 
-def traces(sizes=None, unit=2e-6, seed=0, **changes):
+def traces(sizes=None, unit=2e-6, seed=0):
     """Independent normal scores of centre `unit` and spread `unit`; a leak adds its severity times ten."""
-    records = study(sizes or {FIT: 200, TEST: 100, SMALL: 40, LARGE: 40, STIFFER: 30})
+    records = study(sizes or {FIT: 200, TEST: 100, SMALL: 40, LARGE: 40, STIFFER: 40})
     time = 2.0 + INTERVAL * np.arange(N_INSTANT)
     scores = np.random.default_rng(seed).normal(size=(records.of_record.size, N_INSTANT))
     rises = time >= ONSET + LATENT * INTERVAL
     scores += 10.0 * np.where(records.severity > 0.0, records.severity, 0.0)[:, None] * rises
     onset = np.where(records.severity > 0.0, ONSET, np.nan)
     flow = records.severity.copy()
-    made = Traces(records, unit * (1.0 + scores), time, onset, flow, "m^3/s", Direction.RISING)
-    return replace(made, **changes)
+    return Traces(records, unit * (1.0 + scores), time, onset, flow, "m^3/s", Direction.RISING)
 
 
 def judged(of, every=EVERY, chart="ewma", **options):
@@ -38,36 +41,43 @@ def judged(of, every=EVERY, chart="ewma", **options):
     return list(judge_chart(of, "own", asked, online, Rules()))
 
 
+def told(of, **options):
+    """What is found in each population at the one limit."""
+    (found,) = judged(of, **options)
+    return {each.population: each.found for each in found.outcomes}
+
+
+def n_found(delays):
+    return int(np.isfinite(delays.values).sum())
+
+
 def test_a_plain_limit_is_the_quantile_of_the_wanted_run_length_and_finds_a_leak_as_its_score_rises():
     """Independent scores exceed it once in so many, in fit records and in those that no limit saw."""
     (found,) = judged(traces())
-    assert found.centre == pytest.approx(2e-6, rel=0.03)
-    assert found.spread == pytest.approx(2e-6, rel=0.03)
+    assert (found.centre, found.spread) == pytest.approx((2e-6, 2e-6), rel=0.03)
     assert found.limit.value == pytest.approx(ndtri(1.0 - INTERVAL / EVERY), abs=0.3)
-    tested = found.false_alarms[TEST]
+    tested, stiffer, small, large = (each.found for each in found.outcomes)
     assert tested.duration == pytest.approx(100 * N_INSTANT * INTERVAL)
     assert tested.low < EVERY < tested.high
-    assert found.keeps(TEST)
-    small, large = found.delays
-    assert (small.population, large.population) == (SMALL, LARGE)
-    assert large.n_found == large.n == 40
-    assert large.median.value == large.late.value == pytest.approx(LATENT * INTERVAL)
-    assert small.median.value > large.median.value
-    assert large.flow == pytest.approx(1.0, rel=0.02)
+    assert found.keeps(tested)
+    assert stiffer.duration < tested.duration
+    assert [*found.delays] == [SMALL, LARGE]
+    assert n_found(large) == large.values.size == 40
+    assert large.quantile(0.5).value == large.quantile(0.9).value == pytest.approx(LATENT * INTERVAL)
+    assert small.quantile(0.5).value > large.quantile(0.5).value
+    assert found.outcomes[-1].severity == pytest.approx(1.0, rel=0.02)
     assert large.watched == pytest.approx(2.0 + INTERVAL * (N_INSTANT - 1) - ONSET)
 
 
 def test_test_records_do_not_move_the_limit():
-    """Only healthy fit records do."""
     whole = traces()
-    of_record = whole.records.of_record
-    is_fit = of_record == whole.records.populations.index(FIT)
+    is_fit = (whole.records.of_record == whole.records.populations.index(FIT))[:, None]
     (before,) = judged(whole)
-    (others,) = judged(replace(whole, values=np.where(is_fit[:, None], whole.values, 5.0 * whole.values)))
-    (own,) = judged(replace(whole, values=np.where(is_fit[:, None], 5.0 * whole.values, whole.values)))
+    (others,) = judged(replace(whole, values=np.where(is_fit, whole.values, 5.0 * whole.values)))
+    (own,) = judged(replace(whole, values=np.where(is_fit, 5.0 * whole.values, whole.values)))
     assert (others.limit, others.centre, others.spread) == (before.limit, before.centre, before.spread)
     assert own.spread == pytest.approx(5.0 * before.spread)
-    assert others.false_alarms[TEST].n_alarm > before.false_alarms[TEST].n_alarm
+    assert others.outcomes[0].found.n_alarm > before.outcomes[0].found.n_alarm
 
 
 @pytest.mark.parametrize("poison", ["severity", "flow", "names"])
@@ -80,11 +90,8 @@ def test_charts_do_not_see_what_is_true_of_a_record(poison):
         "flow": {"flow": 7.0 * whole.flow[::-1] + 1.0},
         "names": {"records": replace(records, populations=named)},
     }[poison]
-    (before,), (after,) = judged(whole), judged(replace(whole, **changed))
-    assert after.limit == before.limit
-    assert list(after.false_alarms.values()) == list(before.false_alarms.values())
-    for delay, same in zip(before.delays, after.delays, strict=True):
-        assert (delay.median, delay.late, delay.n_early) == (same.median, same.late, same.n_early)
+    before, after = told(whole), told(replace(whole, **changed))
+    assert [*map(repr, before.values())] == [*map(repr, after.values())]
 
 
 def test_alarms_before_the_onset_are_false_ones_and_no_detections():
@@ -93,66 +100,86 @@ def test_alarms_before_the_onset_are_false_ones_and_no_detections():
     values = whole.values.copy()
     values[row, :3] = 1.0
     values[row, whole.time >= ONSET] = 0.0
-    (before,), (after,) = judged(whole), judged(replace(whole, values=values))
-    assert after.delays[0].n_early == before.delays[0].n_early + 3
-    assert after.delays[0].n_found <= before.delays[0].n_found
-    assert after.delays[0].n == before.delays[0].n
+    before, after = (told(each)[SMALL] for each in (whole, replace(whole, values=values)))
+    assert after.n_early.sum() == before.n_early.sum() + 3
+    assert n_found(after) <= n_found(before)
+    assert after.values.size == before.values.size
 
 
-def test_leaks_that_are_there_from_the_start_and_runs_that_failed_have_no_delay():
+def test_leaks_from_the_start_and_failed_runs_have_no_delay_and_a_diverged_estimator_finds_nothing():
     whole = traces()
     large = whole.records.rows(LARGE)
-    onset, flow = whole.onset.copy(), whole.flow.copy()
+    onset, flow, values = whole.onset.copy(), whole.flow.copy(), whole.values.copy()
     onset[whole.records.rows(SMALL)] = np.nan
     flow[large[:10]] = np.nan
-    (found,) = judged(replace(whole, onset=onset, flow=flow))
-    (delay,) = found.delays
-    assert (delay.population, delay.n) == (LARGE, 30)
-
-
-def test_an_estimator_that_diverged_finds_nothing():
-    whole = traces()
-    values = whole.values.copy()
-    large = whole.records.rows(LARGE)
-    values[large[:5], N_INSTANT // 4 :] = np.nan
-    (found,) = judged(replace(whole, values=values))
-    assert found.delays[-1].n_found == 35
-    assert found.delays[-1].not_measurable == 5
+    values[large[10:15], N_INSTANT // 4 :] = np.nan
+    found = told(replace(whole, onset=onset, flow=flow, values=values))
+    assert SMALL not in found
+    assert (found[LARGE].values.size, n_found(found[LARGE]), found[LARGE].not_measurable) == (30, 25, 5)
 
 
 def test_too_little_time_is_no_verdict_without_many_alarms_and_no_limit():
     few = traces({FIT: 200, TEST: 20, LARGE: 5})
     short, long = judged(few, every=[EVERY, 1e5])
-    assert short.keeps(TEST) is None
-    assert short.false_alarms[TEST].duration < 3.0 * EVERY
-    assert long.limit is None
-    assert len(long.refusals) == 1
-    assert long.keeps(TEST) is None
+    tested = short.outcomes[0].found
+    assert short.keeps(tested) is None
+    assert tested.duration < 3.0 * EVERY
+    assert (long.limit, len(long.refusals), long.outcomes) == (None, 1, ())
     values = few.values.copy()
     values[few.records.rows(TEST)] *= 3.0
     (found,) = judged(replace(few, values=values))
-    assert found.keeps(TEST) is False
+    assert found.keeps(found.outcomes[0].found) is False
 
 
 def test_too_few_records_of_a_shift_concern_this_shift_alone():
     (found,) = judged(traces({FIT: 200, TEST: 100, LARGE: 40, STIFFER: 4}))
     (refusal,) = found.refusals
     assert STIFFER.title in refusal
-    assert found.keeps(TEST)
+    assert found.keeps(found.outcomes[0].found)
 
 
 def test_a_longer_time_between_false_alarms_has_a_higher_limit_and_a_longer_delay():
     points = judged(traces(seed=1), every=[100.0, 1000.0, 10000.0], chart="cusum")
-    limits = [point.limit.value for point in points]
-    medians = [point.delays[-1].median.value for point in points]
-    assert limits == sorted(limits)
-    assert medians == sorted(medians)
+    for row in zip(*((each.limit.value, each.delays[LARGE].quantile(0.5).value) for each in points),
+                   strict=True):  # fmt: skip
+        assert list(row) == sorted(row)
 
 
 def test_a_chart_watches_the_direction_that_the_score_states():
-    """A leak raises it; falling scores raise no alarm unless the chart is asked to look both ways."""
-    whole = traces()
-    fallen = replace(whole, values=4e-6 - whole.values)
-    assert judged(whole)[0].delays[-1].n_found == 40
-    assert judged(fallen)[0].delays[-1].n_found < 20
-    assert judged(fallen, direction="both")[0].delays[-1].n_found == 40
+    """Falling scores raise no alarm unless the chart is asked to look both ways."""
+    fallen = replace(traces(), values=4e-6 - traces().values)
+    assert n_found(told(fallen)[LARGE]) < 20
+    assert n_found(told(fallen, direction="both")[LARGE]) == 40
+
+
+def block(every):
+    of = traces()
+    charts = [*judged(of, every)]
+    charts += [replace(chart, label="sums") for chart in judged(of, every, chart="cusum", shift=4)]
+    return run_lengths_block(Detection(of.records, (), Rules(), charts=tuple(charts)))
+
+
+def test_delays_have_their_interval_and_a_chart_without_a_limit_its_reason():
+    found = block([EVERY, 1e6])
+    delays, alarms, refused = found.tables
+    (own,) = [row for row in delays if (row["chart"], row["population"]) == ("own", LARGE.name)]
+    assert [own[f"delay_median{end}_s"] for end in ("", "_low", "_high")] == [1.5] * 3
+    assert alarms["false_alarm_every_h"] == pytest.approx(EVERY / 3600.0)
+    assert {(row["chart"], round(row["false_alarm_every_h"])) for row in refused} == {
+        ("own", 278),
+        ("sums", 278),
+    }
+    assert found.figures
+    assert not block(1e6).figures
+
+
+SMOKE = Path(__file__).parents[2] / "configs" / "delays" / "smoke.yaml"
+
+
+def test_a_chart_on_sensors_that_a_machine_lacks_is_left_out(tmp_path):
+    small = ["--set", "study.healthy={fit: 5, test: 5, shift: 5}", "--set", "study.faults.each=1"]
+    sensors = ["--set", "detection.sensors=[P1]"]
+    run("sweep", SMOKE, *small, *sensors, "--out", tmp_path / "out", "--engine", "in-process", check=0)
+    shown = run_json("report", tmp_path / "out")
+    assert shown["run_lengths"] == []
+    assert any("weak_rls is left out" in remark for remark in shown["studies"][0]["remarks"])

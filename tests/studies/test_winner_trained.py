@@ -57,20 +57,14 @@ def detection(data):
 
 def judged_as_in_the_study(detection, judgement, detector, records):
     """The numbers of test records, and the threshold, are those of the study."""
-    low, high = (
-        np.nan if limit is None else limit for limit in (detector.file.limits.low, detector.file.limits.high)
-    )
-    threshold = judgement.threshold
-    assert (low, high) == pytest.approx(
-        [limit if np.isfinite(limit) else np.nan for limit in (threshold.low, threshold.high)],
-        rel=0, abs=0, nan_ok=True,
-    )  # fmt: skip
-    assert detector.file.limits.interval == threshold.interval
-    populations = detection.records.populations
-    is_tested = np.array([not each.is_fit for each in populations])[detection.records.of_record]
-    found = np.array([np.nan if score is None else score for score in records["score"]], dtype=float)
+    limits, threshold = detector.file.limits, judgement.threshold
+    for own, asked in ((limits.low, threshold.low), (limits.high, threshold.high)):
+        assert own == (asked if np.isfinite(asked) else None)
+    assert limits.interval == threshold.interval
+    is_tested = np.array([not each.is_fit for each in detection.records.populations])
+    is_tested = is_tested[detection.records.of_record]
+    found, alarms = (np.array(records[name], dtype=float) for name in ("score", "alarm"))
     np.testing.assert_array_equal(found[is_tested], judgement.scored.values[is_tested])
-    alarms = np.array([np.nan if each is None else each for each in records["alarm"]], dtype=float)
     is_judged = is_tested & np.isfinite(alarms)
     assert is_judged.sum() > is_tested.sum() // 2
     np.testing.assert_array_equal(alarms[is_judged], threshold.outcomes(judgement.scored.values)[is_judged])
@@ -80,7 +74,7 @@ def judged_as_in_the_study(detection, judgement, detector, records):
 def test_every_kind_of_score_is_trained_and_run_with_the_numbers_of_the_study(
     study, data, detection, name, tmp_path
 ):
-    (judgement,) = (each for each in detection.judgements if each.scored.name == name)
+    (judgement,) = (each for each in detection.judgements if each.name == name)
     settings = detector_settings(data.experiment, judgement, detection.rules)
     detector = hydrofdi.train(study / "results", config=settings, out=tmp_path / "detector.json")
     again = hydrofdi.Detector.load(tmp_path / "detector.json")
@@ -88,48 +82,52 @@ def test_every_kind_of_score_is_trained_and_run_with_the_numbers_of_the_study(
     judged_as_in_the_study(detection, judgement, again, again.judge(study / "results"))
 
 
-def test_the_command_that_the_report_names_trains_the_winner(study, data, detection, monkeypatch):
+@pytest.fixture
+def judged(monkeypatch):
+    """Puts another judgement in the place of that of the study."""
+    return lambda detection: monkeypatch.setattr(
+        "hydrofdi.studies.detecting.judge_study", lambda _: (detection,)
+    )
+
+
+def test_the_command_that_the_report_names_trains_the_winner(study, data, detection, judged):
     (told,) = DetectionReport("ranked", data.path, (detection,), data)._training.paragraphs
     arguments = told.replace(str(study) + "/", "").partition("hydrofdi ")[2].split()
-    monkeypatch.setattr("hydrofdi.studies.detecting.judge_study", lambda _: (detection,))
+    judged(detection)
     run(*arguments, cwd=study, check=0)
     detector = hydrofdi.Detector.load(study / "detector.json")
-    best = winner(detection)
-    judged_as_in_the_study(detection, best, detector, detector.judge(study / "results"))
+    judged_as_in_the_study(detection, winner(detection), detector, detector.judge(study / "results"))
     told = run_json(*arguments, "--sensors", "P1", cwd=study)["detector"]
-    threshold = winner(detection, ["chamber_1_pressure"]).threshold
     assert told["channels"] == ["chamber_1_pressure"]
-    limits = [told["limits"][end] for end in ("low", "high")]
-    wanted = [limit if np.isfinite(limit) else None for limit in (threshold.low, threshold.high)]
-    assert limits == wanted
+    threshold = winner(detection, ["chamber_1_pressure"]).threshold
+    for end in ("low", "high"):
+        limit = getattr(threshold, end)
+        assert told["limits"][end] == (limit if np.isfinite(limit) else None)
     best = ["--best", "--out", "other.json"]
     for wrong in (
         [*arguments, "--sensors", "P9"], [*arguments, "--sensors", "P2"], [*arguments, "--indicator", "dwt"],
         ["train", "study.yaml", *best], ["train", "results", "results", *best],
     ):  # fmt: skip
-        refused = run(*wrong, cwd=study, check=2)
-        assert len(refused.stderr.splitlines()) == 1
+        assert len(run(*wrong, cwd=study, check=2).stderr.splitlines()) == 1
 
 
-def test_without_a_winner_the_healthy_records_that_are_needed_are_named(study, detection, monkeypatch):
-    none = replace(detection, judgements=())
-    monkeypatch.setattr("hydrofdi.studies.detecting.judge_study", lambda _: (none,))
+def test_without_a_winner_the_healthy_records_that_are_needed_are_named(study, detection, judged):
+    judged(replace(detection, judgements=()))
     with pytest.raises(NotStatedError) as refusal:
         hydrofdi.train(study / "results", best=True)
     assert refusal.value.records_needed == detection.rules.records_for_false_alarms
 
 
-def test_a_better_score_that_is_undecided_is_named(study, detection, monkeypatch, caplog):
+def test_a_better_score_that_is_undecided_is_named(study, detection, judged, caplog):
     best = winner(detection)
-    bound = {"q90_95": DetectableSeverity("within", 1e-9, 0.9, 0.95)}
-    better = replace(best, scored=replace(best.scored, name="better"), smallest=bound)
-    tested = next(each for each in better.false_alarms if each.kind == "healthy")
-    better = replace(better, counted={tested: 99})
-    assert better.keeps_its_rate is None
-    more = replace(detection, judgements=(*detection.judgements, better))
-    monkeypatch.setattr("hydrofdi.studies.detecting.judge_study", lambda _: (more,))
-    for judgements, n_said in ((more.judgements, 1), (detection.judgements, 0)):
-        more = replace(more, judgements=judgements)
+    better = replace(
+        best,
+        scored=replace(best.scored, name="better"),
+        smallest={"q90_95": DetectableSeverity("within", 1e-9, 0.9, 0.95)},
+        outcomes=tuple(replace(each, is_counted=True) for each in best.outcomes),
+    )
+    for judgements, n_said in (((*detection.judgements, better), 1), (detection.judgements, 0)):
+        judged(replace(detection, judgements=judgements))
         caplog.clear()
         hydrofdi.train(study / "results", best=True)
         assert sum("better" in each.getMessage() for each in caplog.records) == n_said

@@ -1,23 +1,26 @@
-"""A judged study as plain data, and its designs side by side."""
+"""A judged study as plain data: its scores, its charts, and what belongs to all of them."""
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
-from hydrofdi.config.values import shown_value
+import numpy as np
+
+from hydrofdi.detectors.charts import AlarmLimit, Delays
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
-from hydrofdi.report.detection.populations import nuisance_records
-from hydrofdi.report.document import Block
-from hydrofdi.studies.records import Detection, Judgement
-from hydrofdi.tables.table import Column, Table, finite, numbers
+from hydrofdi.settings.messages import convert
+from hydrofdi.studies.records import ChartJudgement, Detection, Judgement, Nuisance, Outcome, nuisances_of
+from hydrofdi.tables.table import finite, numbers, plain
 
 _FOUND = ("q50", "q90", "q90_95", "q90_95_of_all")
-_RATE = {"rate": "value", "low": "low", "high": "high"}
-_AREA = {"": "value", "_low": "low", "_high": "high"}
+_INTERVAL = ("value", "low", "high")
 _ALARMS = ("population", "kind", "rate", "low", "high", "alarms", "n", "not_measurable")
+
+_LEAD = ("indicator", "channels", "unit", "direction")
+_ENDS = ("keeps_false_alarm_rate", "is_in_pareto_set", "cost_ms_per_record")
 
 
 def detection_records(detection: Detection) -> list[dict[str, Any]]:
@@ -39,7 +42,7 @@ def study_record(detection: Detection) -> dict[str, Any]:
                 "kind": str(population.kind),
                 "is_fit": population.is_fit,
                 "n": len(records.rows(population)),
-                unit.key: stated_severity(unit, population),
+                unit.key: _stated_severity(unit, population),
             }
             for population in records.populations
         ],
@@ -49,20 +52,18 @@ def study_record(detection: Detection) -> dict[str, Any]:
 
 def design_record(detection: Detection) -> dict[str, Any]:
     """What was chosen for all records alike, in SI."""
-    return {
-        name: finite(value) if isinstance(value, float) else value
-        for name, value in detection.records.design.items()
-    }
+    record: dict[str, Any] = plain(detection.records.design)
+    return record
 
 
 def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
     unit, scored, threshold = wording.severity_unit(detection), judgement.scored, judgement.threshold
-    lines = [*_populations(detection, judgement)]
-    records, n_sound = detection.records, len(judgement.false_alarms)
-    is_labelled = records.is_labelled
+    records, is_labelled = detection.records, detection.records.is_labelled
+    lines = [_outcome_record(detection, judgement, outcome) for outcome in judgement.outcomes]
     levels = [
         (level, line, {"population": line["population"]} if is_labelled else {})
-        for level, line in zip(judgement.levels, lines[n_sound:], strict=True)
+        for level, line in zip(judgement.outcomes, lines, strict=True)
+        if level.population.kind is Kind.FAULT
     ]
     record: dict[str, Any] = {
         "indicator": scored.name,
@@ -73,10 +74,12 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         and numbers(threshold, "low", "high")
         | {"method": threshold.method, "n": threshold.n_healthy, "not_measurable": threshold.not_measurable},
         "false_alarm_rate_set": detection.rules.false_alarm_rate,
-        "false_alarms": [{name: line[name] for name in _ALARMS} for line in lines[:n_sound]],
+        "false_alarms": [
+            {name: line[name] for name in _ALARMS} for line in lines if line["kind"] != Kind.FAULT
+        ],
         "keeps_false_alarm_rate": judgement.keeps_its_rate,
         "auc": [
-            {**named, unit.key: line[unit.key]} | numbers(level.area, "value", "low", "high")
+            {**named, unit.key: line[unit.key]} | numbers(level.area, *_INTERVAL)
             for level, line, named in levels
             if level.area is not None
         ],
@@ -87,10 +90,10 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
                 f"true_mean_{unit.key}": finite(unit.value(level.severity)),
                 "detected": line["alarms"],
                 **{name: line[name] for name in ("n", "not_measurable")},
-                **({name: line[name] for name in _RATE} if is_labelled else {}),
+                **({name: line[name] for name in ("rate", "low", "high")} if is_labelled else {}),
             }
             for level, line, named in levels
-            if level.detected is not None
+            if level.found is not None
         ],
         "lack_of_fit_p_value": finite(judgement.lack_of_fit),
         "is_in_pareto_set": scored.name in detection.pareto,
@@ -101,15 +104,18 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         "remarks": [*judgement.remarks, *([scored.note] if scored.note else [])],
     }
     for name in _FOUND:
-        keys = (f"{name}{unit.suffix}", f"{name}_place", f"{name}_from")
-        record |= zip(keys, _found(judgement, name, unit), strict=True)
+        bound = judgement.smallest.get(name)
+        value = None if bound is None or bound.value is None else unit.value(bound.value)
+        record[f"{name}{unit.suffix}"] = value
+        # On which side of the tested severities it lies, and what it is from.
+        record |= {f"{name}_place": bound and bound.place, f"{name}_from": bound and bound.source}
     if is_labelled:
         missing = {each.name: records.n_missing(scored, each) for each in records.populations}
         record["without_number"] = {name: count for name, count in missing.items() if count}
         record["stands_clear"] = judgement.stands_clear
         record["healthy_against_healthy"] = [
             {"fit_group": each.fit_group, "test_group": each.test_group}
-            | numbers(each.area, "value", "low", "high")
+            | numbers(each.area, *_INTERVAL)
             | {"n_healthy": each.area.n_healthy, "n": each.area.n_faulty}
             | {"alarms": each.rate and each.rate.count, "refusal": each.refusal or None}
             for each in judgement.healthy_pairs
@@ -117,7 +123,28 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
     return record
 
 
-def stated_severity(unit: wording.SeverityUnit, population: Population) -> float | None:
+@lru_cache(maxsize=1024)
+def nuisances(detection: Detection, score: str) -> tuple[list[Nuisance], list[str]]:
+    """The nuisances of a score by its name, and what is refused; empty without records for them."""
+    (scored,) = (judgement.scored for judgement in detection.judgements if judgement.name == score)
+    return nuisances_of(detection.records, scored, confidence=detection.rules.confidence)
+
+
+def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
+    """The nuisances of a score as plain data; empty if the study has no records for them."""
+    unit = wording.severity_unit(detection)
+    return [
+        {
+            "parameter": each.parameter,
+            "alone": each.alone and numbers(each.alone, "value", "low", "high") | {"n": each.alone.n_record},
+            "imitates": each.imitated
+            and {"place": each.imitated.place, unit.key: unit.value(each.imitated.severity)},
+        }
+        for each in nuisances(detection, score)[0]
+    ]
+
+
+def _stated_severity(unit: wording.SeverityUnit, population: Population) -> float | None:
     """Nominal severity; None if a label does not state that of its fault."""
     is_unknown = population.kind is Kind.FAULT and not population.severity
     return None if is_unknown else unit.value(population.severity)
@@ -127,89 +154,125 @@ def detection_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]
     """Header → value, one line for each score and tested population, with the numbers of JSON."""
     for detection in detections:
         unit = wording.severity_unit(detection)
-        names = [*(f"{name}{unit.suffix}" for name in _FOUND), "q90_95_place", "q90_95_from"]
+        ends = [*(f"{name}{unit.suffix}" for name in _FOUND), "q90_95_place", "q90_95_from", *_ENDS]
         for judgement in detection.judgements:
             record = _record(detection, judgement)
-            limits, keeps = record["threshold"] or {}, record["keeps_false_alarm_rate"]
-            lead = record["design"] | {
-                "indicator": record["indicator"],
-                "channels": " ".join(record["channels"]),
-                "unit": record["unit"],
-                "direction": record["direction"],
-                "threshold_low": limits.get("low"),
-                "threshold_high": limits.get("high"),
-                "false_alarm_rate_set": record["false_alarm_rate_set"],
-            }
-            end = {name: record[name] for name in names} | {
-                "keeps_false_alarm_rate": None if keeps is None else int(keeps),
-                "is_in_pareto_set": int(record["is_in_pareto_set"]),
-                "cost_ms_per_record": record["cost_ms_per_record"],
-            }
-            for line in [*_populations(detection, judgement)] or [{}]:
-                yield lead | line | end
+            limits = record["threshold"] or {}
+            lead = record["design"] | {name: record[name] for name in _LEAD}
+            lead |= {"channels": " ".join(record["channels"])}
+            lead |= {f"threshold_{end}": limits.get(end) for end in ("low", "high")}
+            lead["false_alarm_rate_set"] = record["false_alarm_rate_set"]
+            values = {name: record[name] for name in ends}
+            end = {name: int(own) if isinstance(own, bool) else own for name, own in values.items()}
+            for outcome in judgement.outcomes:
+                yield lead | _outcome_record(detection, judgement, outcome) | end
+            if not judgement.outcomes:
+                yield lead | end
 
 
-def _populations(detection: Detection, judgement: Judgement) -> Iterator[dict[str, Any]]:
-    """Alarms of every population, sound ones that are tested and leaking; a rate if the records suffice."""
-    unit, records = wording.severity_unit(detection), detection.records
-    levels = {level.population: level for level in judgement.levels}
-    rates = {**judgement.false_alarms, **{population: each.detected for population, each in levels.items()}}
-    for population, rate in rates.items():
-        area = levels[population].area if population in levels else None
-        has_rate = rate is not None and population not in judgement.counted
-        yield {
-            "population": population.name,
-            "kind": str(population.kind),
-            unit.key: stated_severity(unit, population),
-            "alarms": rate and rate.count,
-            "n": rate and rate.total,
-            "not_measurable": records.n_missing(judgement.scored, population),
-            **{name: finite(getattr(rate, end)) if has_rate else None for name, end in _RATE.items()},
-            **{f"auc{end}": area and finite(getattr(area, name)) for end, name in _AREA.items()},
-        }
-
-
-_MOST = 6
-"""Columns of detectors."""
-
-
-def designs_block(detections: Sequence[Detection]) -> Block | None:
-    """What each design finds with each set of sensors; None for a single design."""
-    if len(detections) < 2:
-        return None
-    unit, rules = wording.severity_unit(detections[0]), detections[0].rules
-    sentence = (
-        "Each design repeats the study with the same actuators. Columns: the best score with no more than"
-        " these sensors in each design, and the wavelet rules."
+def _outcome_record(detection: Detection, judgement: Judgement, outcome: Outcome[Any]) -> dict[str, Any]:
+    """Alarms of a population, a rate if the records suffice, and the area of a leak."""
+    unit, population, rate, area = (
+        wording.severity_unit(detection),
+        outcome.population,
+        outcome.found,
+        outcome.area,
     )
-    title = f"q{100.0 * rules.probability:g}/{100.0 * rules.confidence:g}{unit.bracket}"
-    rows = [_columns(detection) for detection in detections]
-    columns = [Column("Design", [_label(detections, detection) for detection in detections], is_text=True)]
-    for name in [*dict.fromkeys(name for row in rows for name in row)][:_MOST]:
-        bounds = [each.smallest.get("q90_95") if (each := row.get(name)) else None for row in rows]
-        columns.append(Column(name, [*map(unit.found, bounds)]))
-    table = Table(tuple(columns), title, "designs", breaks=(1,))
-    return Block("designs", "Comparison of designs", (sentence,), (table,))
+    stated = rate if rate is not None and not outcome.is_counted else None
+    return {
+        "population": population.name,
+        "kind": str(population.kind),
+        unit.key: _stated_severity(unit, population),
+        "alarms": rate and rate.count,
+        "n": rate and rate.total,
+        "not_measurable": detection.records.n_missing(judgement.scored, population),
+        **_named(("rate", "low", "high"), stated),
+        **_named(("auc", "auc_low", "auc_high"), area),
+    }
 
 
-def _columns(detection: Detection) -> dict[str, Judgement]:
-    names = {frozenset(each.scored.channels): wording.sensors(each) for each in detection.judgements}
-    best = {names[channels]: each for channels, each in wording.best_with_sensors(detection).items()}
-    return best | {each.scored.name: each for each in wording.wavelet_rules(detection)}
+def _named(names: Sequence[str], interval: Any) -> dict[str, float | None]:
+    """A value with the ends of its interval under these names; None if it is not stated."""
+    ends = interval and numbers(interval, *_INTERVAL).values()
+    return dict(zip(names, ends or (None,) * 3, strict=True))
 
 
-def _label(detections: Sequence[Detection], detection: Detection) -> str:
-    """What a design changes of the first one, which is named by what it sets."""
-    own, first = detection.records.design, detections[0].records.design
-    names: dict[str, list[str]] = defaultdict(list)
-    for name, value in own.items():
-        if detection is detections[0] or first.get(name) != value:
-            names[shown_value(name, value)].append(name)
-    return ", ".join(f"{', '.join(alike)} = {value}" for value, alike in names.items()) or "as configured"
+def run_length_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
+    """One record for each chart at each limit."""
+    return [
+        {
+            **chart_record(chart),
+            **numbers(chart, "centre", "spread"),
+            "false_alarms": [
+                {"population": each.population.name, "kind": str(each.population.kind)}
+                | _chart_outcome(detection, chart, each)
+                for each in chart.outcomes
+                if isinstance(each.found, AlarmLimit)
+            ],
+            "delays": [
+                {"population": each.population.name} | _chart_outcome(detection, chart, each)
+                for each in chart.outcomes
+                if isinstance(each.found, Delays)
+            ],
+            "design": design_record(detection),
+            "refusals": list(chart.refusals),
+        }
+        for detection in detections
+        for chart in detection.charts
+    ]
 
 
-def _found(judgement: Judgement, name: str, unit: wording.SeverityUnit) -> tuple[Any, ...]:
-    """A severity that is found, on which side of the tested ones it lies, and what it is from."""
-    bound = judgement.smallest.get(name)
-    value = None if bound is None or bound.value is None else unit.value(bound.value)
-    return value, bound and bound.place, bound and bound.source
+def run_length_lines(detection: Detection) -> Iterator[dict[str, Any]]:
+    """Header → value, one line for each chart, limit and tested population, and for each with a refusal."""
+    unit = wording.severity_unit(detection)
+    for chart in detection.charts:
+        for each in chart.outcomes:
+            named = {"population": each.population.name, "kind": str(each.population.kind)}
+            severity = {unit.key: unit.value(each.population.severity)}
+            yield chart_record(chart) | named | severity | _chart_outcome(detection, chart, each)
+        if chart.refusals:
+            yield chart_record(chart)
+
+
+def chart_record(chart: ChartJudgement) -> dict[str, Any]:
+    """What a chart is, and its limit."""
+    return {
+        "chart": chart.label,
+        "rule": chart.rule,
+        "indicator": chart.watched,
+        "unit": chart.unit,
+        "false_alarm_every_h": convert(chart.false_alarm_every, "h"),
+        "limit": None if chart.limit is None else chart.limit.value,
+    }
+
+
+def _chart_outcome(
+    detection: Detection, chart: ChartJudgement, outcome: Outcome[AlarmLimit | Delays]
+) -> dict[str, Any]:
+    """False alarms of a population, or delays of its leaks."""
+    unit, asked, found = wording.severity_unit(detection), detection.rules, outcome.found
+    if isinstance(found, AlarmLimit):
+        keeps = chart.keeps(found)
+        return {
+            "alarms": found.n_alarm,
+            "hours": convert(found.duration, "h"),
+            **_times("between_alarms", "h", found.mean_time, found.low, found.high),
+            "keeps_false_alarm_rate": None if keeps is None else int(keeps),
+        }
+    median, late = (found.quantile(share, confidence=asked.confidence) for share in (0.5, asked.probability))
+    return {
+        unit.key: unit.value(outcome.population.severity),
+        "true_mean_flow_after_onset_L_per_min": finite(convert(outcome.severity, "L/min")),
+        "found": int(np.isfinite(found.values).sum()),
+        "n": found.values.size,
+        "false_alarms_before_onset": int(found.n_early.sum()),
+        "not_measurable": found.not_measurable,
+        **_times("delay_median", "s", median.value, median.low, median.high),
+        **_times(f"delay_{100.0 * asked.probability:g}_percent", "s", late.value, late.low, late.high),
+    }
+
+
+def _times(name: str, unit: str, *times: float) -> dict[str, float | None]:
+    """A time with its interval in a unit; None if there was no alarm in the records."""
+    ends = zip(("", "_low", "_high"), times, strict=True)
+    return {f"{name}{end}_{unit}": finite(convert(time, unit)) for end, time in ends}

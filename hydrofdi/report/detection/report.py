@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.config.machine import REFERENCE_DROP
-from hydrofdi.evaluation.scores import Population
-from hydrofdi.report.detection import answer, populations, record
-from hydrofdi.report.detection.record import design_record
-from hydrofdi.report.detection.wording import finds, severity_unit
+from hydrofdi.report.detection import record, sections
 from hydrofdi.report.document import (
     Block,
     Document,
@@ -26,14 +22,11 @@ from hydrofdi.report.document import (
     provenance_block,
     remarks_block,
 )
-from hydrofdi.report.runs import joined
-from hydrofdi.settings.messages import convert
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.names import STATUS
-from hydrofdi.studies.detecting import Estimates, judge_charts, judge_estimates, judge_study, winner
+from hydrofdi.store.names import MISSING, STATUS
+from hydrofdi.studies.detecting import judge_charts, judge_estimates, judge_study, winner
 from hydrofdi.studies.reading import uses_extra
-from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
-from hydrofdi.tables.table import Table, finite, group_breaks
+from hydrofdi.studies.records import Detection
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
@@ -69,15 +62,19 @@ class DetectionReport:
     data: ExperimentData | None = None
 
     @cached_property
-    def estimates(self) -> tuple[Estimates, ...]:
+    def estimates(self) -> list[list[dict[str, Any]]]:
         """Estimates against the truth, for each design; empty if the truth is not known."""
         data = self.data
-        return tuple(judge_estimates(data, each.records) for each in self.detections) if data else ()
+        return [judge_estimates(data, each.records) for each in self.detections] if data else []
+
+    @property
+    def _n_computed(self) -> int:
+        return int((self.data.columns[STATUS].astype(str) != MISSING).sum()) if self.data else 0
 
     @property
     def is_complete(self) -> bool:
         """Whether no record is still to come."""
-        return self.data is None or populations.n_computed_of(self.data) == self.data.n_run
+        return self.data is None or self._n_computed == self.data.n_run
 
     @property
     def has_results(self) -> bool:
@@ -91,29 +88,31 @@ class DetectionReport:
 
     @property
     def _without_noise(self) -> tuple[str, ...]:
-        return populations.without_noise(self.data.experiment, self.detections[0]) if self.data else ()
+        return sections.without_noise(self.data.experiment, self.detections[0]) if self.data else ()
 
     def document(self) -> Document:
         """The sections of the report."""
         first, data, is_complete = self.detections[0], self.data, self.is_complete
         missing = (remarks_block(data), holes_block(data)) if data else ()
-        after = (provenance_block(_with_extra(data)),) if data else ()
+        if data and uses_extra(data.experiment.detection):
+            data = replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
+        after = (provenance_block(data),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
-        best = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
+        best = sections.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing),
             *(doubts_blocks(data) if data else ()),
             *answers(best, self._training),
-            populations.populations_block(first, data.experiment if data else None),
-            answer.ranking_block(first),
-            answer.false_alarms_block(first),
-            run_lengths_block(first) if first.charts and is_complete else None,
-            answer.levels_block(first),
-            estimates_block(self.estimates[0]) if self.estimates else None,
-            populations.why_block(first) if is_complete else None,
-            record.designs_block(self.detections) if is_complete else None,
-            answer.remarks_block(first),
+            sections.populations_block(first, data.experiment if data else None),
+            sections.ranking_block(first),
+            sections.false_alarms_block(first),
+            sections.run_lengths_block(first) if first.charts and is_complete else None,
+            sections.levels_block(first),
+            sections.estimates_block(data, self.estimates[0]) if data else None,
+            sections.why_block(first) if is_complete else None,
+            sections.designs_block(self.detections) if is_complete else None,
+            sections.remarks_block(first),
             *after,
         )
         return document_of(self.name, _LEAD, blocks)
@@ -121,15 +120,15 @@ class DetectionReport:
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
         data = self.data
-        runs = {"runs_computed": populations.n_computed_of(data), "runs_planned": data.n_run} if data else {}
+        runs = {"runs_computed": self._n_computed, "runs_planned": data.n_run} if data else {}
         return {
             "experiment": self.name,
             "is_complete": self.is_complete,
             "perfect_sensors": list(self._without_noise),
             **runs,
             "detection": [one for each in self.detections for one in record.detection_records(each)],
-            "estimates": [row for each in self.estimates for row in each.rows],
-            "run_lengths": run_length_records(self.detections),
+            "estimates": [row for rows in self.estimates for row in rows],
+            "run_lengths": record.run_length_records(self.detections),
             "studies": [record.study_record(detection) for detection in self.detections],
         }
 
@@ -139,7 +138,9 @@ class DetectionReport:
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
-        lines = [*record.detection_lines(self.detections), *run_length_lines(self.detections)]
+        lines = [*record.detection_lines(self.detections)]
+        for each in self.detections:
+            lines += (record.design_record(each) | line for line in record.run_length_lines(each))
         headers = dict.fromkeys(header for line in lines for header in line)
         return {header: [line.get(header) for line in lines] for header in headers}
 
@@ -147,7 +148,7 @@ class DetectionReport:
         """Name → figure; none without results."""
         if not self.has_results:
             return {}
-        from hydrofdi.report.figures.ranking import detection_figures
+        from hydrofdi.report.figures.detection import detection_figures
 
         return detection_figures(self.detections[0])
 
@@ -155,7 +156,7 @@ class DetectionReport:
     def _training(self) -> Block | None:
         """The command that trains the winner, if it finds anything."""
         best = winner(self.detections[0])
-        if self.data is None or not self.is_complete or best is None or not finds(best):
+        if self.data is None or not self.is_complete or best is None or not best.finds:
             return None
         folder = shlex.quote(str(self.data.path.parent))
         command = f"hydrofdi train {folder} --best --out detector.json"
@@ -164,156 +165,3 @@ class DetectionReport:
     def checks(self) -> dict[str, bool | None]:
         """Nothing: a study states no goals."""
         return {}
-
-
-def _with_extra(data: ExperimentData) -> ExperimentData:
-    """The same with the version of scikit-learn, where scores were made with it for this report."""
-    if not uses_extra(data.experiment.detection):
-        return data
-    return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
-
-
-_CHARTS = (
-    "Charts leave out the transient of the estimator and restart after each alarm. Healthy fit records, "
-    "resampled whole and joined, set the limits; all results come from other records. A delay is the"
-    " time from the onset of a leak to the first alarm after it; alarms before it are false ones (early)."
-)
-
-
-_DULL = ("unit", "kind", "not_measurable")
-
-
-def run_lengths_block(detection: Detection) -> Block:
-    """Delays of detection for each time between false alarms, alarms, and why a chart has none."""
-    lines, confidence = [*_lines(detection)], f"{100.0 * detection.rules.confidence:g} %"
-    refusals = [_lead(chart) | {"refused": why} for chart in detection.charts for why in chart.refusals]
-    note = f"low, high: {confidence} interval. –: longer than the records, or no alarm in them."
-    tables = (
-        Table.of_records(
-            [line for line in lines if "found" in line], _DULL, title="Delay after the onset", key="delays"
-        ),
-        Table.of_records(
-            [line for line in lines if "alarms" in line],
-            _DULL,
-            title="Mean time between false alarms, as measured",
-            key="times-between-false-alarms",
-            notes=(note,),
-        ),
-        Table.of_records(refusals, _DULL, title="Not stated"),
-    )
-    figures = ("delays",) if any(chart.delays for chart in detection.charts) else ()
-    return Block("run-lengths", "Delay in operation", (_CHARTS,), tables, figures)
-
-
-def run_length_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
-    """One record for each chart at each limit."""
-    return [
-        {
-            **_lead(chart),
-            "centre": finite(chart.centre),
-            "spread": finite(chart.spread),
-            "false_alarms": [
-                {"population": each.name, "kind": str(each.kind)} | _alarm_record(chart, each)
-                for each in chart.false_alarms
-            ],
-            "delays": [
-                {"population": delay.population.name} | _delay_record(detection, delay)
-                for delay in chart.delays
-            ],
-            "design": design_record(detection),
-            "refusals": list(chart.refusals),
-        }
-        for detection in detections
-        for chart in detection.charts
-    ]
-
-
-def run_length_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]:
-    """Header → value, one line for each chart, limit and tested population."""
-    for detection in detections:
-        yield from (design_record(detection) | line for line in _lines(detection))
-
-
-def _lines(detection: Detection) -> Iterator[dict[str, Any]]:
-    unit = severity_unit(detection)
-    for chart in detection.charts:
-        lead, stated = _lead(chart), [(each, _alarm_record(chart, each)) for each in chart.false_alarms]
-        stated += [(delay.population, _delay_record(detection, delay)) for delay in chart.delays]
-        for population, line in stated:
-            named = {"population": population.name, "kind": str(population.kind)}
-            yield lead | named | {unit.key: unit.value(population.severity)} | line
-        if chart.refusals:
-            yield lead
-
-
-def _lead(chart: ChartJudgement) -> dict[str, Any]:
-    return {
-        "chart": chart.label,
-        "rule": chart.rule,
-        "indicator": chart.watched,
-        "unit": chart.unit,
-        "false_alarm_every_h": convert(chart.false_alarm_every, "h"),
-        "limit": None if chart.limit is None else chart.limit.value,
-    }
-
-
-def _alarm_record(chart: ChartJudgement, population: Population) -> dict[str, Any]:
-    limit, keeps = chart.false_alarms[population], chart.keeps(population)
-    return {
-        "alarms": limit.n_alarm,
-        "hours": convert(limit.duration, "h"),
-        **_interval("between_alarms", "h", limit.mean_time, limit.low, limit.high),
-        "keeps_false_alarm_rate": None if keeps is None else int(keeps),
-    }
-
-
-def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
-    unit, median, late = severity_unit(detection), delay.median, delay.late
-    name = f"delay_{100.0 * detection.rules.probability:g}_percent"
-    return {
-        unit.key: unit.value(delay.population.severity),
-        "true_mean_flow_after_onset_L_per_min": finite(convert(delay.flow, "L/min")),
-        "found": delay.n_found,
-        "n": delay.n,
-        "false_alarms_before_onset": delay.n_early,
-        "not_measurable": delay.not_measurable,
-        **_interval("delay_median", "s", median.value, median.low, median.high),
-        **_interval(name, "s", late.value, late.low, late.high),
-    }
-
-
-def _interval(name: str, unit: str, value: float, low: float, high: float) -> dict[str, float | None]:
-    """A time with its interval in a unit; None if there was no alarm in the records."""
-    ends = {f"{name}_{unit}": value, f"{name}_low_{unit}": low, f"{name}_high_{unit}": high}
-    return {key: finite(convert(end, unit)) for key, end in ends.items()}
-
-
-_ORDER = (
-    "The truth is known only for simulated records, and no indicator sees it. Error: estimate minus truth."
-)
-
-
-def estimates_block(estimates: Estimates) -> Block | None:
-    """How far estimates are from the truth; None if nothing is estimated."""
-    if not (rows := estimates.rows):
-        return None
-    level = f"{100.0 * estimates.confidence:g} %"
-    note = (
-        f"Leakage: the flow of K_i at {REFERENCE_DROP / 1e6:g} MPa. Deviations: 1σ of the errors, and as"
-        f" stated (root mean square). Covered: share of the records whose stated {level} interval contains"
-        f" the truth, with its {level} interval.{_left_out(estimates)}"
-    )
-    breaks = group_breaks([(row["indicator"], row["quantity"]) for row in rows])
-    title = "Estimates against the truth"
-    table = Table.of_records(rows, title=title, key="estimates", notes=(note,), breaks=breaks)
-    return Block("estimates", "Estimates", (_ORDER,), (table,))
-
-
-def _left_out(estimates: Estimates) -> str:
-    """Sentences on what the table does not list, and why."""
-    sentences = ""
-    if not estimates.has_constant_leaks:
-        sentences += " Faults are left out: leaks set in during the record, so there is no single true value."
-    if estimates.without_deviation:
-        sentences += f" Not listed because they state no deviation: {joined(estimates.without_deviation)}."
-    return sentences

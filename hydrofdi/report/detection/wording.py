@@ -7,10 +7,11 @@ import re
 from dataclasses import dataclass
 
 from hydrofdi.evaluation.pod import DetectableSeverity
+from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import HOLE, convert, two_digits
-from hydrofdi.studies.records import Detection, Judgement, Level
+from hydrofdi.studies.records import Detection, Judgement, Outcome
 
 FROM_LEVELS = "°"
 """Marks what comes from the tested levels alone."""
@@ -20,20 +21,10 @@ _IN_WORDS = {0.1: "ten", 0.01: "a hundred", 0.001: "a thousand"}
 
 @dataclass(frozen=True)
 class SeverityUnit:
-    """The unit in which a person reads the severities of a study.
+    """The unit in which a person reads the severities of a study, such as L/min of leakage.
 
-    Attributes
-    ----------
-    name : str
-        Such as ``L/min``.
-    quantity : str
-        What is measured in it.
-    key, suffix : str
-        Start and end of the keys of plain data.
-    largest : float
-        Largest nominal severity that is tested, in SI.
-    per_mean_flow : float
-        Flow of the same leak at 8 MPa, per mean flow in the record; NaN if unknown.
+    `key`, `suffix`: start and end of the keys of plain data. `largest`: largest severity tested [SI].
+    `per_mean_flow`: flow of the same leak at 8 MPa, per mean flow in the record; NaN if unknown.
     """
 
     name: str
@@ -73,10 +64,8 @@ class SeverityUnit:
 def severity_unit(detection: Detection) -> SeverityUnit:
     """L/min for leakage flows; every other severity keeps its unit."""
     records = detection.records
-    own = records.severity_unit
-    levels = records.chosen(Kind.FAULT, is_fit=False)
-    largest = max((level.severity for level in levels), default=math.inf)
-    if own == "m^3/s":
+    largest = max((each.severity for each in records.chosen(Kind.FAULT, is_fit=False)), default=math.inf)
+    if (own := records.severity_unit) == "m^3/s":
         keys = ("leakage_L_per_min", "_L_per_min")
         return SeverityUnit("L/min", "leakage", *keys, largest, records.per_mean_flow)
     return SeverityUnit("" if own == "1" else own, "severity", "severity", "", largest)
@@ -87,38 +76,19 @@ def sensors(judgement: Judgement) -> str:
     return " ".join(symbols(judgement)) or HOLE
 
 
-def score_title(judgement: Judgement) -> str:
-    """A score as a title: ``flow_balance, mean leakage`` for ``balance_P1_P2_x_u.mean_leakage``.
-
-    The name that a user gave to an indicator stays, unless it only adds the sensors.
-    """
-    scored = judgement.scored
-    label, _, output = scored.name.partition(".")
-    if not output or "(" in label:
-        return scored.name.replace("_", " ").replace("(", " (")
-    of_sensors = "_" + "_".join(symbols(judgement))
-    own = scored.indicator or label.removesuffix(of_sensors)
-    return f"{own if label.endswith(of_sensors) else label}, {output.replace('_', ' ')}"
-
-
 def symbols(judgement: Judgement) -> list[str]:
     """The symbols of the sensors that a score needs, such as ``P1``; other sensors by their names."""
-    return [symbol(channel) for channel in judgement.scored.channels]
+    known = {channel.value: channel.symbol for channel in Channel}
+    return [known.get(channel, channel) for channel in judgement.scored.channels]
 
 
-def symbol(channel: str) -> str:
-    """The symbol of a channel; the name of another sensor."""
-    return Channel(channel).symbol if channel in list(Channel) else channel
-
-
-def rate_text(judgement: Judgement, population: Population) -> str:
+def rate_text(outcome: Outcome[Rate | None] | None, *, with_interval: bool = True) -> str:
     """Alarms in percent with their interval; ``3 of 20`` where the records are too few for a rate."""
-    rate = judgement.false_alarms.get(population)
-    if rate is None or not rate.total:
+    if outcome is None or outcome.found is None or not (rate := outcome.found).total:
         return HOLE
-    if population in judgement.counted:
+    if outcome.is_counted:
         return f"{rate.count} of {rate.total}"
-    return f"{percent(rate.value)} ({percent(rate.low)}–{percent(rate.high)})"
+    return percent(rate.value) + f" ({percent(rate.low)}–{percent(rate.high)})" * with_interval
 
 
 def percent(share: float) -> str:
@@ -151,7 +121,7 @@ def best_with_sensors(detection: Detection) -> dict[frozenset[str], Judgement]:
     Sets with which nothing is known to keep its rate are left out; the set with the best detector is first.
     """
     judged = detection.judgements
-    able = [each for each in judged if each.keeps_its_rate and each.smallest.get("q90_95") is not None]
+    able = [each for each in judged if each.keeps_its_rate and each.bound is not None]
     best = {
         sensors: each
         for each in reversed(able)
@@ -162,31 +132,15 @@ def best_with_sensors(detection: Detection) -> dict[frozenset[str], Judgement]:
     return dict(sorted(best.items(), key=lambda item: able.index(item[1])))
 
 
-def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
-    """The best score with no more than each set of sensors, whether or not its false alarms are known.
-
-    Those that are known to keep their false-alarm rate and have a q90/95 come first.
-    """
-    others = {frozenset(each.scored.channels): each for each in reversed(detection.judgements)}
-    best = (others | best_with_sensors(detection)).values()
-    return tuple(judgement for judgement in detection.judgements if judgement in best)
-
-
 def answers(detection: Detection) -> tuple[Judgement, ...]:
     """The best detectors that find a fault, and a smaller one than others with fewer sensors; best first."""
-    able = filter(finds, distinct(*best_with_sensors(detection).values()))
-    return tuple(each for each in able if not each.scored.channels or each.scored.name in detection.pareto)
-
-
-def finds(judgement: Judgement) -> bool:
-    """Whether a tested severity is found, whatever its false alarms are."""
-    bound = judgement.smallest.get("q90_95")
-    return bound is not None and bound.value is not None
+    able = (each for each in dict.fromkeys(best_with_sensors(detection).values()) if each.finds)
+    return tuple(each for each in able if not each.scored.channels or each.name in detection.pareto)
 
 
 def wavelet_rules(detection: Detection) -> tuple[Judgement, ...]:
     """The RMS of one wavelet detail, and the largest change of the details; shown for comparison."""
-    return tuple(each for each in detection.judgements if _WAVELET_RULES.fullmatch(each.scored.name))
+    return tuple(each for each in detection.judgements if _WAVELET_RULES.fullmatch(each.name))
 
 
 def foremost(detection: Detection, most: int) -> tuple[Judgement, ...]:
@@ -195,20 +149,10 @@ def foremost(detection: Detection, most: int) -> tuple[Judgement, ...]:
     Sets of sensors with which nothing is found come after the wavelet rules.
     """
     named = wavelet_rules(detection)
-    best = distinct(*best_with_sensors(detection).values())
-    best = tuple(sorted(best, key=lambda each: each.smallest["q90_95"].value is None))
+    best = sorted(dict.fromkeys(best_with_sensors(detection).values()), key=lambda each: not each.finds)
     room = max(most - len(named), 1)
-    chosen = distinct(*best[:room], *named, *best[room:], *detection.judgements)
-    first = {each.scored.name for each in chosen[:most]}
-    return tuple(judgement for judgement in detection.judgements if judgement.scored.name in first)
-
-
-def distinct(*judgements: Judgement) -> tuple[Judgement, ...]:
-    """Each score once, where it comes first."""
-    by_name: dict[str, Judgement] = {}
-    for judgement in judgements:
-        by_name.setdefault(judgement.scored.name, judgement)
-    return tuple(by_name.values())
+    chosen = [*dict.fromkeys((*best[:room], *named, *best[room:], *detection.judgements))][:most]
+    return tuple(judgement for judgement in detection.judgements if judgement in chosen)
 
 
 def tested(detection: Detection, *kinds: Kind) -> tuple[Population, ...]:
@@ -224,8 +168,3 @@ def chosen_levels(detection: Detection, most: int = 3) -> tuple[Population, ...]
         return levels
     positions = [round((index + 1) * (len(levels) - 1) / (most + 1)) for index in range(most)]
     return tuple(levels[position] for position in dict.fromkeys(positions))
-
-
-def level_of(judgement: Judgement, population: Population) -> Level | None:
-    """What is stated of a faulty population."""
-    return next((level for level in judgement.levels if level.population == population), None)

@@ -1,25 +1,23 @@
-"""Panels of scores and severities: values in each population, false alarms, ROC, probability of detection."""
+"""Figures of a judged study: what is found, the scores of each population, alarms, curves, and delays."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from textwrap import wrap
+from collections.abc import Callable, Sequence
+from functools import partial
+from textwrap import fill, wrap
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from hydrofdi.errors import NotStatedError, ReportError
+from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.rates import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
-from hydrofdi.report.detection.wording import (
-    SeverityUnit,
-    chosen_levels,
-    foremost,
-    level_of,
-    sensors,
-    severity_unit,
-    tested,
-)
+from hydrofdi.records import Channel
+from hydrofdi.report.detection import wording
+from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, sensors, severity_unit, tested
+from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures import (
     BLUE,
     COLORS,
@@ -36,13 +34,15 @@ from hydrofdi.report.figures import (
     panels,
     root_percent_axis,
     row_axis,
+    series,
 )
 from hydrofdi.settings.messages import convert, readable_unit, typeset
 from hydrofdi.studies.judging import reference_of
-from hydrofdi.studies.records import Detection, Judgement, part
+from hydrofdi.studies.records import SOUND, ChartJudgement, Detection, Judgement, part
 
-_MOST, _MOST_LEVELS = 6, 7
-"""Scores, and leaking populations beside the others."""
+_MOST, _MOST_LEVELS, _MOST_RANKED, _MOST_SETS, _LETTERS = 6, 7, 24, 10, 115
+"""Scores with a panel, leaking populations beside the others, ranked scores, sets of sensors of the answer,
+and letters of a line below these."""
 
 _N_BIN, _WIDEST = 50, 4.0
 """Bins, and how far beyond the healthy scores they reach, in widths of these."""
@@ -50,7 +50,7 @@ _N_BIN, _WIDEST = 50, 4.0
 _COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: PINK, Kind.FAULT: ORANGE}
 
 
-def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
+def _marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
     """Sets of sensors of the shown scores → colour and marker, which are the same in all figures.
 
     The largest set of the study comes first; all beyond seven have the last mark.
@@ -65,64 +65,145 @@ def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, 
     }
 
 
-def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:
+def draw_answer(detection: Detection) -> Figure:
+    """A row for each set of sensors that finds more than its parts, and for the best wavelet rule."""
+    if not (able := wording.answers(detection)):
+        raise ReportError("no score is shown to find a leak at the false-alarm rate that is set")
+    compared = [each for each in wording.wavelet_rules(detection) if each.bound is not None][:1]
+    shown, unit = [*dict.fromkeys((*able[:_MOST_SETS], *compared))], severity_unit(detection)
+    labels = [f"{', '.join(wording.symbols(each))}\n{_bracketed(each)}".strip() for each in shown]
+    figure = _draw_rows(detection, shown, labels, 0.5)
+    used = {channel for each in shown for channel in each.scored.channels}
+    symbols = [f"{one.symbol}: {one.value.replace('_', ' ')}" for one in Channel if one.value in used]
+    figure.supxlabel(f"{fill(', '.join(symbols), _LETTERS)}\n{_note(detection, shown)}", **_BELOW)
+    offset: dict[str, Any] = {"xytext": (9, 0), "textcoords": "offset points", "va": "center"}
+    for row, bound in enumerate(each.bound for each in shown):
+        if bound is not None:
+            text = unit.found(bound).removesuffix(wording.FROM_LEVELS)
+            figure.axes[0].annotate(f"{text} {unit.name}".rstrip(), (_reached(bound, unit), row), **offset)
+    low, high = figure.axes[0].get_xlim()
+    figure.axes[0].set_xlim(low, 1.5 * high)
+    alarms = wording.false_alarms_in_words(detection.rules.false_alarm_rate)
+    often = wording.probability_in_words(detection.rules.probability)
+    title = f"The smallest {unit.quantity} that is found {often}, at {alarms}"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12)
+    return figure
+
+
+def draw_ranking(detection: Detection) -> Figure:
+    """q90 and q90/95 of the foremost scores, coloured by their sensors."""
+    shown = [each for each in wording.foremost(detection, _MOST_RANKED) if each.smallest]
+    if not shown:
+        raise ReportError("no score has a severity that can be stated")
+    figure = _draw_rows(detection, shown, [*map(_bracketed, shown)], 0.26)
+    marks = _marks(detection, shown)
+    points = {name: {**mark, "linestyle": "none", "markersize": 5.5} for name, mark in marks.items()}
+    legend_outside(figure, points, min(len(points), 5), "sensors")
+    figure.supxlabel(_note(detection, shown), **_BELOW)
+    if len(shown) < len(detection.judgements):
+        figure.axes[0].set_title(f"the foremost {len(shown)} of {len(detection.judgements):,} scores")
+    return figure
+
+
+_BELOW: dict[str, Any] = {"x": 0.01, "ha": "left", "fontsize": 8}
+
+
+def _draw_rows(
+    detection: Detection, shown: Sequence[Judgement], labels: Sequence[str], height: float
+) -> Figure:
+    """A row for each score, from its estimate to its bound; an arrow where the bound is not within."""
+    marks, unit = _marks(detection, shown), severity_unit(detection)
+    figure = Figure(figsize=(8.0, 1.6 + height * len(shown)), layout="constrained")
+    axis = figure.subplots()
+    for row, judgement in enumerate(shown):
+        mark = marks[sensors(judgement)]
+        bound, estimate = judgement.bound, judgement.smallest.get("q90")
+        values = (each.value for each in (estimate, bound) if each is not None)
+        ends = [unit.value(value) for value in values if value is not None]
+        if len(ends) == 2:
+            axis.plot(ends, [row, row], color=mark["color"], linewidth=1.2)
+        style = {**mark, "markersize": 5.5, "linestyle": "none"}
+        if estimate is not None and estimate.place == "within":
+            axis.plot(unit.value(estimate.severity), row, **style, markerfacecolor=PAPER)
+        if bound is not None:
+            arrow = {"below": r"$\leftarrow$", "above": r"$\rightarrow$"}.get(bound.place)
+            style |= {"marker": arrow, "markersize": 11} if arrow else {}
+            axis.plot(_reached(bound, unit), row, **style)
+    log_axis(axis.xaxis)
+    row_axis(axis, labels)
+    share = f"{100.0 * detection.rules.probability:g} %"
+    axis.set_xlabel(f"{unit.quantity} found with {share} probability{unit.bracket}")
+    return figure
+
+
+def _bracketed(judgement: Judgement) -> str:
+    return f"({judgement.name})" if judgement.keeps_its_rate is False else judgement.name
+
+
+def _reached(bound: DetectableSeverity, unit: SeverityUnit) -> float:
+    """Where a bound stands on the axis."""
+    return unit.value(min(bound.severity, unit.largest) if bound.place == "above" else bound.severity)
+
+
+def _note(detection: Detection, shown: Sequence[Judgement]) -> str:
+    """What the marks mean, those that occur."""
+    sides = {bound.place for each in shown for bound in each.smallest.values()}
+    parts = {
+        "open: estimate": True,
+        f"filled: bound with {100.0 * detection.rules.confidence:g} % confidence": True,
+        "← at most the smallest tested": "below" in sides,
+        "→ not found up to the largest tested": "above" in sides,
+        "(in brackets): exceeds its false-alarm rate": any(each.keeps_its_rate is False for each in shown),
+    }
+    return fill("; ".join(text for text, occurs in parts.items() if occurs), _LETTERS)
+
+
+def _foremost(detection: Detection) -> tuple[Judgement, ...]:
     """The foremost scores that have a threshold."""
-    shown = tuple(each for each in foremost(detection, most) if each.threshold is not None)
-    shown = shown or tuple(each for each in detection.judgements if each.threshold is not None)[:most]
+    shown = tuple(each for each in wording.foremost(detection, _MOST) if each.threshold is not None)
+    shown = shown or tuple(each for each in detection.judgements if each.threshold is not None)[:_MOST]
     if not shown:
         raise ReportError("no score has a threshold")
     return shown
 
 
-def _titled(judgement: Judgement, width: int = 30) -> str:
-    """Name and sensors over a panel; a long name is broken after its dot, then after underscores."""
-    name, needs = judgement.scored.name, sensors(judgement)
-    if len(name) > width:
+def _named(judgement: Judgement, *, width: int = 0) -> str:
+    """Name and sensors; over a panel, a long name is broken after its dot, then after underscores."""
+    name, needs = judgement.name, sensors(judgement)
+    if width and len(name) > width:
         head, dot, tail = name.partition(".")
         parts = [head + dot, *wrap(tail.replace("_", "_ "), width)]
         name = "\n".join(part.replace("_ ", "_") for part in parts)
-    return name if f"({needs})" in name else f"{name}\n({needs})"
+    return name if f"({needs})" in name else f"{name}{chr(10) if width else ' '}({needs})"
 
 
-def score_panels(shown: Sequence[Judgement], height: float, **more: Any) -> tuple[Any, list[Any]]:
+def _score_panels(shown: Sequence[Judgement], height: float, **more: Any) -> tuple[Any, list[Any]]:
     """A figure with a panel for each score."""
     figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
     for axis, judgement in zip(axes, shown, strict=True):
-        axis.set_title(_titled(judgement), fontsize=8.5)
+        axis.set_title(_named(judgement, width=30), fontsize=8.5)
     return figure, axes
 
 
 def draw_densities(detection: Detection) -> Any:
-    """A ridge for each population, a panel for each of the foremost scores.
-
-    Raises
-    ------
-    ReportError
-        There is no score.
-    """
-    shown = foremost(detection, _MOST)
+    """A ridge for each population, a panel for each of the foremost scores."""
+    shown = wording.foremost(detection, _MOST)
     if not shown:
         raise ReportError("no indicator could measure any record")
-    populations = _populations(detection)
-    height = 0.9 + 0.28 * len(populations)
-    figure, axes = score_panels(shown, height)
+    chosen = chosen_levels(detection, _MOST_LEVELS)
+    populations = [each for each in detection.records.populations if each.kind in SOUND or each in chosen]
+    figure, axes = _score_panels(shown, 0.9 + 0.28 * len(populations))
     for axis, judgement in zip(axes, shown, strict=True):
         _draw_densities(axis, detection, judgement, populations)
-    rows = range(len(populations))
-    axes[0].set_yticks(rows, [_label(population) for population in populations], fontsize=8)
+    labels = [f"{each.name} (fit)" if each.is_fit and "fit" not in each.name else each.name
+              for each in populations]  # fmt: skip
+    axes[0].set_yticks(range(len(populations)), labels, fontsize=8)
     axes[0].set_ylim(len(populations) - 0.8, -1.1)
     return figure
 
 
-def _populations(detection: Detection) -> tuple[Population, ...]:
-    """Healthy, shifted and confused ones, and some of the leaking ones."""
-    sound, chosen = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION), chosen_levels(detection, _MOST_LEVELS)
-    populations = detection.records.populations
-    return tuple(population for population in populations if population.kind in sound or population in chosen)
-
-
 def _draw_densities(
-    axis: Any, detection: Detection, judgement: Judgement, populations: tuple[Population, ...]
+    axis: Any, detection: Detection, judgement: Judgement, populations: Sequence[Population]
 ) -> None:
     scores = [judgement.scored.values[detection.records.rows(population)] for population in populations]
     scores = [own[np.isfinite(own)] for own in scores]
@@ -158,46 +239,30 @@ def _edges(healthy: Array, scores: Array) -> Array:
     return np.linspace(low - margin, high + margin, _N_BIN + 1)
 
 
-def _label(population: Population) -> str:
-    is_named = not population.is_fit or "fit" in population.name
-    return population.name if is_named else f"{population.name} (fit)"
-
-
 def draw_false_alarms(detection: Detection) -> Any:
-    """Rates of healthy test records, shifts and confusions, a panel for each of the foremost scores.
-
-    Raises
-    ------
-    ReportError
-        There are no such records, or no score has a threshold.
-    """
-    shown = with_threshold(detection, _MOST)
-    populations = tested(detection, Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
+    """Rates of healthy test records, shifts and confusions, a panel for each of the foremost scores."""
+    shown, populations = _foremost(detection), tested(detection, *SOUND)
     if not populations:
         raise ReportError("no record with a healthy seal is tested")
-    marks = sensor_marks(detection, shown)
+    marks, asked = _marks(detection, shown), 100.0 * detection.rules.false_alarm_rate
     height = 0.8 + 0.24 * len(populations)
-    figure, axes = score_panels(shown, height, sharex=True, x="records that raise an alarm [%]")
+    figure, axes = _score_panels(shown, height, sharex=True, x="records that raise an alarm [%]")
     rates = [rate for each in shown for one, rate in each.false_alarms.items() if one in populations]
-    highest = max([2.0 * detection.rules.false_alarm_rate, *(rate.high for rate in rates if rate.total)])
+    highest = max([2.0 * asked, *(100.0 * rate.high for rate in rates if rate.total)])
     for axis, judgement in zip(axes, shown, strict=True):
-        root_percent_axis(axis, 100.0 * highest)
+        root_percent_axis(axis, highest)
+        mark = marks[sensors(judgement)]
         for row, population in enumerate(populations):
-            _draw_rate(axis, row, judgement, population, marks[sensors(judgement)])
-        axis.axvline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.9)
+            outcome = judgement.of(population)
+            if outcome is not None and (rate := outcome.found) is not None and rate.total:
+                face = {"markerfacecolor": PAPER} if outcome.is_counted else {}
+                ends = [100.0 * rate.low, 100.0 * rate.high]
+                axis.plot(ends, [row, row], color=mark["color"], linewidth=1.2)
+                style = {**mark, **face, "markersize": 5, "linestyle": "none", "clip_on": False}
+                axis.plot(100.0 * rate.value, row, **style)
+        axis.axvline(asked, color=INK, linewidth=0.9)
     row_axis(axes[0], [population.name for population in populations])
     return figure
-
-
-def _draw_rate(
-    axis: Any, row: int, judgement: Judgement, population: Population, mark: dict[str, Any]
-) -> None:
-    rate = judgement.false_alarms.get(population)
-    if rate is None or not rate.total:
-        return
-    face = {"markerfacecolor": PAPER} if population in judgement.counted else {}
-    axis.plot([100.0 * rate.low, 100.0 * rate.high], [row, row], color=mark["color"], linewidth=1.2)
-    axis.plot(100.0 * rate.value, row, **mark, **face, markersize=5, linestyle="none", clip_on=False)
 
 
 _LEAST = 0.001
@@ -205,28 +270,34 @@ _LEAST = 0.001
 
 
 def draw_roc(detection: Detection) -> Any:
-    """Detections against false alarms: a panel for each of some severities, a line for each score.
-
-    Raises
-    ------
-    ReportError
-        There are no healthy or no faulty records to test.
-    """
-    shown, levels = with_threshold(detection, _MOST), chosen_levels(detection, 3)
+    """Detections against false alarms: a panel for each of some severities, a line for each score."""
+    shown, levels = _foremost(detection), chosen_levels(detection, 3)
     if not levels:
         raise ReportError("no faulty record is tested")
-    unit = severity_unit(detection)
-    styles = _styles(detection, shown)
+    unit, marks = severity_unit(detection), _marks(detection, shown)
+    styles = {
+        _named(each): {"color": marks[sensors(each)]["color"], "linestyle": LINES[index % len(LINES)]}
+        for index, each in enumerate(shown)
+    }
     labels = {"x": "false alarms [%]", "y": "detections [%]"}
     figure, axes = panels(len(levels), 3, width=3.0, height=3.0, sharex=True, sharey=True, **labels)
     for axis, level in zip(axes, levels, strict=True):
-        for judgement, style in zip(shown, styles, strict=True):
+        for judgement, style in zip(shown, styles.values(), strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
                 axis.plot(curve.false_alarm_rate, curve.detection_rate, **style)
-                _draw_threshold(axis, judgement, level, style["color"])
+                stated, rates = judgement.of(level), judgement.false_alarms
+                healthy = [rate for each, rate in rates.items() if each.kind is Kind.HEALTHY]
+                if healthy and stated is not None and stated.found is not None and stated.found.total:
+                    point = np.clip([healthy[0].value, stated.found.value], _LEAST, 1.0 - _LEAST)
+                    axis.plot(*point, marker="o", markersize=4, color=style["color"], clip_on=False)
         axis.set_title(unit.text(level.severity) if level.severity else level.name)
-        _frame(axis, detection)
-    legend_outside(figure, dict(zip(map(_named, shown), styles, strict=True)), 2)
+        logit_axis(axis.xaxis, _LEAST)
+        logit_axis(axis.yaxis, _LEAST)
+        if axis.lines:  # chance, and the rate that thresholds are set for
+            ends = [_LEAST, 1.0 - _LEAST]
+            axis.plot(ends, ends, color=INK, linewidth=0.6, linestyle="--")
+            axis.axvline(detection.rules.false_alarm_rate, color=INK, linewidth=0.7)
+    legend_outside(figure, styles, 2)
     return figure
 
 
@@ -239,60 +310,18 @@ def _curve(detection: Detection, judgement: Judgement, level: Population) -> Roc
         return None
 
 
-def _draw_threshold(axis: Any, judgement: Judgement, level: Population, color: str) -> None:
-    stated = level_of(judgement, level)
-    rates = judgement.false_alarms
-    healthy = [rates[population] for population in rates if population.kind is Kind.HEALTHY]
-    if stated is None or stated.detected is None or not stated.detected.total or not healthy:
-        return
-    point = np.clip([healthy[0].value, stated.detected.value], _LEAST, 1.0 - _LEAST)
-    axis.plot(*point, marker="o", markersize=4, color=color, clip_on=False)
-
-
-def _styles(detection: Detection, shown: Sequence[Judgement]) -> list[dict[str, Any]]:
-    """A colour for each set of sensors, a line style for each score."""
-    marks = sensor_marks(detection, shown)
-    return [
-        {"color": marks[sensors(judgement)]["color"], "linestyle": LINES[index % len(LINES)]}
-        for index, judgement in enumerate(shown)
-    ]
-
-
-def _frame(axis: Any, detection: Detection) -> None:
-    """Axes, and where there is a curve, chance and the rate that thresholds are set for."""
-    logit_axis(axis.xaxis, _LEAST)
-    logit_axis(axis.yaxis, _LEAST)
-    if axis.lines:
-        ends = [_LEAST, 1.0 - _LEAST]
-        axis.plot(ends, ends, color=INK, linewidth=0.6, linestyle="--")
-        axis.axvline(detection.rules.false_alarm_rate, color=INK, linewidth=0.7)
-
-
-def _named(judgement: Judgement) -> str:
-    name, needs = judgement.scored.name, sensors(judgement)
-    return name if f"({needs})" in name else f"{name} ({needs})"
-
-
 _POINTS = 201
 """Points of a curve."""
 
 
 def draw_pod(detection: Detection) -> Any:
-    """Levels and curve of each, a panel each.
-
-    Raises
-    ------
-    ReportError
-        No fault was tested, or no score has a threshold.
-    """
-    shown = [
-        each for each in with_threshold(detection, _MOST) if any(level.detected for level in each.levels)
-    ]
+    """Levels and curve of each, a panel each."""
+    shown = [each for each in _foremost(detection) if any(level.found for level in each.levels)]
     if not shown:
         raise ReportError("no faulty record is tested")
-    marks, unit = sensor_marks(detection, shown), severity_unit(detection)
+    marks, unit = _marks(detection, shown), severity_unit(detection)
     labels = {"x": f"{unit.quantity}{unit.bracket}", "y": "records detected [%]"}
-    figure, axes = score_panels(shown, 2.5, sharex=True, **labels)
+    figure, axes = _score_panels(shown, 2.5, sharex=True, **labels)
     for axis, judgement in zip(axes, shown, strict=True):
         _draw_levels(axis, judgement, unit, marks[sensors(judgement)])
         axis.axhline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.7, linestyle=":")
@@ -303,24 +332,96 @@ def draw_pod(detection: Detection) -> Any:
 
 
 def _draw_levels(axis: Any, judgement: Judgement, unit: SeverityUnit, mark: dict[str, Any]) -> None:
-    _draw_fitted(axis, judgement, unit, mark["color"])
+    """Rates of the levels with their bound, and the curve where q90 is taken from it."""
+    color, estimate = mark["color"], judgement.smallest.get("q90")
+    curve = next(iter(judgement.bounding), judgement.curve)
+    if curve is not None and estimate and estimate.source != "levels" and curve.tally.severity.size > 1:
+        severities = np.geomspace(*curve.tally.span, _POINTS)
+        shares = 100.0 * curve.probability(severities)
+        axis.plot([*map(unit.value, severities.tolist())], shares, color=color)
     for level in judgement.levels:
-        rate = level.detected
+        rate = level.found
         if rate is not None and rate.total:
             severity = unit.value(level.severity if level.severity > 0.0 else level.population.severity)
             spread = [[100.0 * (rate.value - rate.low)], [100.0 * (rate.high - rate.value)]]
-            style = {"fmt": mark["marker"], "markersize": 3.5, "elinewidth": 0.7, "color": mark["color"]}
+            style = {"fmt": mark["marker"], "markersize": 3.5, "elinewidth": 0.7, "color": color}
             axis.errorbar(severity, 100.0 * rate.value, spread, **style)
-    bound = judgement.smallest.get("q90_95")
-    if bound is not None and bound.value is not None:
-        axis.axvline(unit.value(bound.value), color=mark["color"], linewidth=1.2)
+    if judgement.bound is not None and judgement.bound.value is not None:
+        axis.axvline(unit.value(judgement.bound.value), color=color, linewidth=1.2)
 
 
-def _draw_fitted(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str) -> None:
-    """The curve where q90 is taken from it."""
-    curve = next(iter(judgement.bounding), judgement.curve)
-    estimate = judgement.smallest.get("q90")
-    if curve is None or estimate is None or estimate.source == "levels" or curve.tally.severity.size < 2:
-        return
-    severities = np.geomspace(*curve.tally.span, _POINTS)
-    axis.plot([*map(unit.value, severities.tolist())], 100.0 * curve.probability(severities), color=color)
+def draw_delays(detection: Detection) -> Any:
+    """A panel for each leak, a line for each chart."""
+    levels = list(dict.fromkeys(level for chart in detection.charts for level in chart.delays))
+    if not levels:
+        raise ReportError("no leak sets in while a chart watches")
+    labels = list(dict.fromkeys(chart.label for chart in detection.charts))
+    marks = [{"marker": MARKERS[index % len(MARKERS)], "markersize": 3.5} for index in range(len(labels))]
+    styles = {label: series(k, len(labels)) | marks[k] for k, label in enumerate(labels)}
+    names = {"x": "mean time between false alarms that is asked for [h]", "y": "median delay [s]"}
+    figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True, **names)
+    unit = severity_unit(detection)
+    every = [convert(chart.false_alarm_every, "h") for chart in detection.charts]
+    for axis, level in zip(axes, levels, strict=True):
+        for label, style in styles.items():
+            charts = [chart for chart in detection.charts if chart.label == label and level in chart.delays]
+            _draw_line(axis, charts, level, detection.rules.confidence, style)
+        axis.set_title(unit.text(level.severity))
+        axis.set_xlim(min(every) / 1.5, max(every) * 1.5)
+        log_axis(axis.xaxis)
+    axes[0].set_ylim(bottom=0.0)
+    legend_outside(figure, styles, 4)
+    return figure
+
+
+def _draw_line(
+    axis: Any, charts: Sequence[ChartJudgement], level: Population, confidence: float, style: dict[str, Any]
+) -> None:
+    """Delays of a leak over the time between false alarms, ascending."""
+    known = []
+    for chart in charts:
+        delays = chart.delays[level]
+        median = delays.quantile(0.5, confidence=confidence)
+        if np.isfinite(median.value):
+            ends = median.low, min(median.high, delays.watched)
+            known.append((convert(chart.false_alarm_every, "h"), median.value, *ends))
+    every, medians, low, high = np.array(sorted(known)).reshape(-1, 4).T
+    axis.plot(every, medians, **style)
+    axis.fill_between(every, low, high, color=style["color"], alpha=0.18, linewidth=0)
+
+
+_FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
+    "ranking": (draw_ranking, "The {quantity} found by each score with {share} probability"),
+    "pod": (
+        draw_pod,
+        "Share of records detected over their {quantity}, with {confidence} intervals, and the fitted curve;"
+        " vertical: q90/95 at {share}; dotted: the false-alarm rate of the threshold",
+    ),
+    "roc": (draw_roc, "Detections against false alarms over all thresholds; dots: the threshold in use"),
+    "false_alarms": (
+        draw_false_alarms,
+        "Alarms of records whose seal is sound, with {confidence} intervals; open: too few records",
+    ),
+    "densities": (draw_densities, "Scores of each population; vertical lines: thresholds"),
+    "answer": (draw_answer, "The smallest {quantity} that is found with each set of sensors"),
+    "delays": (
+        draw_delays,
+        "Median delay from the onset of a leak to the alarm, over the time between false alarms",
+    ),
+}
+
+
+def detection_figures(detection: Detection) -> dict[str, FigureKind]:
+    """The figures of a judged study, and of its charts."""
+    asked = detection.rules
+    said = {
+        "quantity": severity_unit(detection).quantity,
+        "confidence": f"{100.0 * asked.confidence:g} %",
+        "share": f"{100.0 * asked.probability:g} %",
+    }
+    is_there = {"answer": bool(wording.answers(detection)), "delays": bool(detection.charts)}
+    return {
+        name: FigureKind(caption.format(**said), partial(draw, detection))
+        for name, (draw, caption) in _FIGURES.items()
+        if is_there.get(name, True)
+    }

@@ -1,5 +1,6 @@
 """A study of detection with scores that are drawn from Gaussians."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,37 +9,25 @@ from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.records import Scored
+from tests.studies.populations import FIT, TEST, study
 
 LITRES_PER_MINUTE = 1e-3 / 60.0
-
 SEVERITIES = tuple(np.geomspace(0.01, 1.0, 9))
-
 P1, P2, X, U = "chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage"
 
 
-def populations(severities=SEVERITIES, shifts=("stiffer", "much stiffer"), confusions=("worn friction",)):
-    faults = [(f"{severity:.2g} L/min", severity * LITRES_PER_MINUTE) for severity in severities]
-    return (
-        Population("healthy fit", Kind.HEALTHY, is_fit=True),
-        Population("healthy test", Kind.HEALTHY),
-        *(Population(name, Kind.FAULT, severity=severity) for name, severity in faults),
-        *(Population(name, Kind.SHIFT) for name in shifts),
-        *(Population(name, Kind.CONFUSION) for name in confusions),
-    )
-
-
-def made_up_records(n_healthy=400, n_other=60, seed=1, **chosen):
+def made_up_records(
+    n_healthy=400, n_other=60, severities=SEVERITIES, shifts=("stiffer", "much stiffer"),
+    confusions=("worn friction",),
+):  # fmt: skip
     """Records of made-up populations; the true leakage scatters by 5 % about the nominal one."""
-    drawn = np.random.default_rng(seed)
-    whole = populations(**chosen)
-    sizes = {Kind.HEALTHY: n_healthy, Kind.SHIFT: 340}
-    counts = [sizes.get(one.kind, n_other) for one in whole]
-    of_record = np.repeat(np.arange(len(whole)), counts)
-    nominal = np.array([one.severity for one in whole])[of_record]
-    severity = nominal * drawn.normal(1.0, 0.05, nominal.size)
+    levels = [Population(f"{q:.2g} L/min", Kind.FAULT, severity=q * LITRES_PER_MINUTE) for q in severities]
+    sizes = {FIT: n_healthy, TEST: n_healthy, **dict.fromkeys(levels, n_other)}
+    sizes |= {Population(name, Kind.SHIFT): 340 for name in shifts}
+    sizes |= {Population(name, Kind.CONFUSION): n_other for name in confusions}
     design = {"record.duration": 20.0, "record.sampling_frequency": 500.0}
-    return StudyRecords(whole, of_record, severity, design=design)
+    return replace(study(sizes, 0.05), severity_unit="m^3/s", design=design)
 
 
 def made_up_score(records, name, *, gain, shift=0.0, seed=0, missing=0.0, **described):
@@ -55,34 +44,25 @@ def made_up_score(records, name, *, gain, shift=0.0, seed=0, missing=0.0, **desc
     return Scored(name, values, **{"direction": Direction.RISING, **described})
 
 
-NAMES = (
-    ("flow_balance.leakage_coefficient", 200.0, 0.0, (P1, P2, X, U)),
-    ("flow_balance.bulk_modulus", 0.0, 6.0, (P1, P2, X, U)),
-    ("pressure_balance.leakage_flow", 80.0, 0.0, (P1, P2, U)),
-    ("pressure_statistics.kurtosis", 10.0, 1.0, (P1,)),
-)
-"""Scores with their gains, shifts and channels."""
-
-
 def made_up_scores(records):
     """Seven scores: two good ones, two that shifts spoil, one with holes, and two wavelet rules."""
-    described = [
-        made_up_score(records, name, gain=gain, shift=shift, seed=seed, channels=channels, cost=4.2e-3)
-        for seed, (name, gain, shift, channels) in enumerate(NAMES, 1)
-    ]
-    alone = {"channels": (P1,), "cost": 1.6e-3}
+    rest = {"channels": (P1,), "cost": 1.6e-3}
+    balance, pressures = {"channels": (P1, P2, X, U), "cost": 4e-3}, {"channels": (P1, P2, U), "cost": 4e-3}
     return (
-        *described,
-        made_up_score(records, "ring_down.damping_ratio", gain=6.0, seed=5, missing=0.05, **alone),
-        made_up_score(records, "dwt.d2", gain=-1.0, seed=6, direction=Direction.FALLING, unit="Pa", **alone),
-        made_up_score(records, "dwt.d3", gain=0.5, seed=7, direction=None, unit="Pa", **alone),
+        made_up_score(records, "flow_balance.leakage_coefficient", gain=200.0, seed=1, **balance),
+        made_up_score(records, "flow_balance.bulk_modulus", gain=0.0, shift=6.0, seed=2, **balance),
+        made_up_score(records, "pressure_balance.leakage_flow", gain=80.0, seed=3, **pressures),
+        made_up_score(records, "pressure_statistics.kurtosis", gain=10.0, shift=1.0, seed=4, **rest),
+        made_up_score(records, "ring_down.damping_ratio", gain=6.0, seed=5, missing=0.05, **rest),
+        made_up_score(records, "dwt.d2", gain=-1.0, seed=6, direction=Direction.FALLING, unit="Pa", **rest),
+        made_up_score(records, "dwt.d3", gain=0.5, seed=7, direction=None, unit="Pa", **rest),
     )
 
 
-def judged(scores=made_up_scores, rules=None, **chosen):
+def judged(scores=made_up_scores, **chosen):
     """A study that is judged; `chosen` says which records it has."""
     records = made_up_records(**chosen)
-    return detect(records, scores(records), rules or Rules())
+    return detect(records, scores(records), Rules())
 
 
 def report_of(detection):

@@ -1,4 +1,4 @@
-"""Plain data of a judged study, and the table of its designs."""
+"""Plain data of a judged study, its answer, what moves healthy scores, and its designs."""
 
 import csv
 import io
@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.rules import Rules
-from hydrofdi.evaluation.scores import Direction, Kind, Population
-from hydrofdi.report.detection.answer import answer_block
-from hydrofdi.report.detection.record import designs_block
+from hydrofdi.evaluation.scores import Direction, Kind
+from hydrofdi.report.detection.record import detection_records
+from hydrofdi.report.detection.sections import answer_block, designs_block, why_block
 from hydrofdi.report.detection.wording import best_with_sensors, sensors
 from hydrofdi.report.page import render_json
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.records import Scored
 from hydrofdi.tables.table import Table
 from tests.report.detection.made_up import (
     LITRES_PER_MINUTE,
@@ -30,37 +30,39 @@ from tests.report.detection.made_up import (
     report_of,
 )
 from tests.report.rows import rows
+from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, study
 
 
-@pytest.fixture(scope="module")
-def record(detection):
-    return json.loads(render_json(report_of(detection)))
-
-
-def test_what_is_not_found_is_null_and_says_on_which_side_it_lies(record, detection):
-    by_name = {one["indicator"]: one for one in record["detection"]}
-    assert by_name["dwt.d2"]["q90_95_L_per_min"] is None
-    assert by_name["dwt.d2"]["q90_95_place"] == "above"
-    first = by_name["flow_balance.leakage_coefficient"]
-    bound = detection.judgements[0].smallest["q90_95"].severity
-    assert first["q90_95_L_per_min"] == pytest.approx(bound / LITRES_PER_MINUTE)
+def test_csv_holds_one_line_per_score_and_tested_population_with_the_numbers_of_json(detection):
+    """What is not found is null and says on which side it lies; of too few records alarms are counted."""
+    report = report_of(detection)
+    lines = list(csv.DictReader(io.StringIO(Table.of(report.columns()).to_csv())))
+    tested = [each for each in detection.records.populations if not each.is_fit]
+    assert len(lines) == len(tested) * len(detection.judgements)
+    record = json.loads(render_json(report))["detection"]
+    for one in record:
+        own = {line["population"]: line for line in lines if line["indicator"] == one["indicator"]}
+        for part in one["false_alarms"]:
+            told = [str(part[key]) if part[key] is not None else "" for key in ("alarms", "n", "rate")]
+            assert [own[part["population"]][key] for key in ("alarms", "n", "rate")] == told
+        faults = [line for line in own.values() if line["kind"] == Kind.FAULT]
+        assert [float(line["auc"]) for line in faults] == [part["value"] for part in one["auc"]]
+        for key in ("q90_95_L_per_min", "q90_95_of_all_L_per_min"):
+            assert next(iter(own.values()))[key] == ("" if one[key] is None else str(one[key]))
+    assert any(line["q90_95_of_all_L_per_min"] for line in lines)
+    by_name = {one["indicator"]: one for one in record}
+    assert (by_name["dwt.d2"]["q90_95_L_per_min"], by_name["dwt.d2"]["q90_95_place"]) == (None, "above")
+    first, bound = by_name["flow_balance.leakage_coefficient"], detection.judgements[0].bound
+    assert first["q90_95_L_per_min"] == pytest.approx(bound.severity / LITRES_PER_MINUTE)
     assert first["q90_95_place"] == "within"
-
-
-def test_of_too_few_records_alarms_are_counted_and_no_rate_is_stated(record):
-    worn = {part["population"]: part for part in record["detection"][0]["false_alarms"]}["worn friction"]
-    assert [worn[key] for key in ("rate", "low", "high")] == [None] * 3
-    assert worn["n"] == 60
-
-
-def nothing(records):
-    return [made_up_score(records, "empty.score", gain=0.0, missing=1.0)]
+    worn = {part["population"]: part for part in record[0]["false_alarms"]}["worn friction"]
+    assert [worn[key] for key in ("rate", "low", "high", "n")] == [None, None, None, 60]
 
 
 @pytest.mark.parametrize(
     "chosen",
     [
-        {"scores": nothing},
+        {"scores": lambda records: [made_up_score(records, "empty.score", gain=0.0, missing=1.0)]},
         {"n_healthy": 10, "n_other": 3},
         {"severities": (), "shifts": (), "confusions": ()},
     ],
@@ -73,74 +75,26 @@ def test_a_study_that_carries_nothing_has_no_nan(chosen):
     assert "nan" not in Table.of(report.columns()).to_csv().lower()
 
 
-def test_csv_holds_one_line_per_score_and_tested_population_with_the_numbers_of_json(record, detection):
-    lines = list(csv.DictReader(io.StringIO(Table.of(report_of(detection).columns()).to_csv())))
-    tested = [each for each in detection.records.populations if not each.is_fit]
-    assert len(lines) == len(tested) * len(detection.judgements)
-    for one in record["detection"]:
-        own = {line["population"]: line for line in lines if line["indicator"] == one["indicator"]}
-        for part in one["false_alarms"]:
-            line = own[part["population"]]
-            assert [line["alarms"], line["n"]] == [str(part["alarms"]), str(part["n"])]
-            assert line["rate"] == ("" if part["rate"] is None else str(part["rate"]))
-        faults = [line for line in own.values() if line["kind"] == Kind.FAULT]
-        assert [float(line["auc"]) for line in faults] == [part["value"] for part in one["auc"]]
-        found = next(iter(own.values()))["q90_95_L_per_min"]
-        assert found == ("" if one["q90_95_L_per_min"] is None else str(one["q90_95_L_per_min"]))
-        of_all = next(iter(own.values()))["q90_95_of_all_L_per_min"]
-        assert of_all == str(one["q90_95_of_all_L_per_min"] or "")
-    assert any(line["q90_95_of_all_L_per_min"] for line in lines)
+def test_designs_have_their_bounds_side_by_side():
+    def design(noise, seed, setting):
+        """Scores of the same actuators; the noise differs from design to design."""
+        records = replace(made_up_records(severities=(0.01, 0.1, 1.0)), design=setting)
+        plant = 0.3 * np.random.default_rng(4).standard_normal(records.severity.size)
+        rise = 2.0 * np.log10(np.maximum(records.severity / LITRES_PER_MINUTE, 1e-3) / 1e-3)
+        drawn = np.random.default_rng([seed, 9]).standard_normal((2, rise.size))
+        scores = [
+            Scored(name, gain * rise + plant + noise * own, channels, direction=Direction.RISING)
+            for own, name, gain, channels in zip(
+                drawn, ("pressure_balance.leakage", "dwt.d2"), (1.0, 0.5), ((P1, U), (P1,)), strict=True
+            )
+        ]
+        return detect(records, scores, Rules(false_alarm_rate=0.02))
 
-
-DESIGNS = (
-    ({"record.duration": 20.0}, 1.0),
-    ({"record.duration": 5.0}, 1.0),
-    ({"pressure_1_sensor.noise": 2500.0, "pressure_2_sensor.noise": 2500.0}, 0.2),
-)
-"""What each design sets, and the noise of its score."""
-
-
-def design_judged(setting, noise, seed, n_fit=300, n=100):
-    """Scores of the same actuators whose noise differs from design to design."""
-    levels = (0.01, 0.1, 1.0)
-    populations = (
-        Population("healthy", Kind.HEALTHY, is_fit=True),
-        Population("healthy", Kind.HEALTHY),
-        *(Population(f"{level:g} L/min", Kind.FAULT, severity=level * LITRES_PER_MINUTE) for level in levels),
-    )
-    sizes = (n_fit, 150, *[n] * 3)
-    leak = np.repeat([0.0, 0.0, *levels], sizes)
-    drawn = np.random.default_rng([seed, 9])
-    plant = 0.3 * np.random.default_rng(4).standard_normal(leak.size)
-    rise = 2.0 * np.log10(np.maximum(leak, 1e-3) / 1e-3)
-    scores = [
-        Scored(
-            name,
-            gain * rise + plant + noise * drawn.standard_normal(leak.size),
-            channels,
-            direction=Direction.RISING,
-        )
-        for name, gain, channels in (("pressure_balance.leakage", 1.0, (P1, U)), ("dwt.d2", 0.5, (P1,)))
-    ]
-    of_record = np.repeat(np.arange(5), sizes)
-    records = StudyRecords(populations, of_record, leak * LITRES_PER_MINUTE, design=setting)
-    return detect(records, scores, Rules(false_alarm_rate=0.02))
-
-
-@pytest.fixture(scope="module")
-def detections():
-    return tuple(design_judged(setting, noise, seed) for seed, (setting, noise) in enumerate(DESIGNS))
-
-
-def shown(detections):
+    settings = {"record.duration": 20.0}, {"record.duration": 5.0}, {"pressure_1_sensor.noise": 2500.0}
+    detections = [design(*each) for each in zip((1.0, 1.0, 0.2), range(3), settings, strict=True)]
     (sheet,) = designs_block(detections).tables
-    return sheet.columns, {row[0]: row[1:] for row in rows(sheet)}
-
-
-def test_designs_have_their_bounds_side_by_side(detections):
-    headers, table = shown(detections)
-    assert headers == ["Design", "P1 u", "P1", "dwt.d2"]
-    first, _, better = ([float(text.strip("≤ °")) for text in row[:1]] for row in table.values())
+    assert sheet.columns == ["Design", "P1 u", "P1", "dwt.d2"]
+    first, _, better = (float(row[1].strip("≤ °")) for row in rows(sheet))
     assert better < first
     assert designs_block(detections[:1]) is None
 
@@ -149,14 +103,14 @@ def test_severities_without_a_flow_keep_their_unit():
     records = replace(made_up_records(), severity_unit="mm")
     report = report_of(detect(records, made_up_scores(records), Rules()))
     one = report.record()["detection"][0]
-    assert one["q90_95"] == pytest.approx(report.detections[0].judgements[0].smallest["q90_95"].severity)
+    assert one["q90_95"] == pytest.approx(report.detections[0].judgements[0].bound.severity)
     assert not [key for key in one if key.endswith("L_per_min")]
     assert all(math.isfinite(part["severity"]) for part in one["pod"])
 
 
 def test_a_score_that_does_not_keep_its_rate_is_no_answer(detection):
     """Kurtosis finds less than all others with P1, and alarms in every shift."""
-    kurtosis = next(each for each in detection.judgements if each.scored.name.endswith("kurtosis"))
+    kurtosis = next(each for each in detection.judgements if each.name.endswith("kurtosis"))
     assert not kurtosis.keeps_its_rate
     assert "kurtosis" not in str(rows(answer_block(detection).tables[0]))
 
@@ -174,25 +128,50 @@ def test_training_is_offered_where_something_is_found(made_up, scores, is_offere
 @pytest.mark.parametrize("n_healthy", [400, 20])
 def test_every_set_of_sensors_has_a_row(n_healthy):
     detection = judged(n_healthy=n_healthy)
-    (sheet,) = answer_block(detection).tables
-    assert {row[0] for row in rows(sheet)} == {sensors(each) for each in detection.judgements}
-    ranks = [
-        next(rank for rank, each in enumerate(detection.judgements) if row[1].startswith(each.scored.name))
-        for row in rows(sheet)
-    ]
-    best = ranks[: len({sensors(each) for each in detection.judgements})]
-    assert best == sorted(best)
-
-
-def good_and_worse(records):
-    return [
-        made_up_score(records, "good", gain=200.0, seed=5, channels=(P1,)),
-        made_up_score(records, "worse", gain=3.0, seed=4, channels=(P1, P2, U)),
-    ]
+    sets = {sensors(each) for each in detection.judgements}
+    shown = rows(answer_block(detection).tables[0])
+    assert {row[0] for row in shown} == sets
+    names = [each.name for each in detection.judgements]
+    best = [next(rank for rank, name in enumerate(names) if row[1].startswith(name)) for row in shown]
+    assert best[: len(sets)] == sorted(best[: len(sets)])
 
 
 def test_more_sensors_never_find_less():
-    detection = judged(good_and_worse)
-    assert {each.scored.name for each in best_with_sensors(detection).values()} == {"good"}
-    (sheet,) = answer_block(detection).tables
-    assert [row[1] for row in rows(sheet)] == ["good"]
+    detection = judged(
+        lambda records: [
+            made_up_score(records, "good", gain=200.0, seed=5, channels=(P1,)),
+            made_up_score(records, "worse", gain=3.0, seed=4, channels=(P1, P2, U)),
+        ]
+    )
+    assert {each.name for each in best_with_sensors(detection).values()} == {"good"}
+    assert [row[1] for row in rows(answer_block(detection).tables[0])] == ["good"]
+
+
+def moved(**chosen):
+    """What moves a score: a table by nuisance, and plain data."""
+    records, scored = study(**chosen)
+    detection = detect(records, [replace(scored, direction=Direction.RISING)], Rules(false_alarm_rate=0.05))
+    ((one,), block) = detection_records(detection), why_block(detection)
+    if block is None:
+        return None, one["nuisances"]
+    texts = {row[1]: [text.replace("\N{NO-BREAK SPACE}", " ") for text in row[2:]]
+             for row in rows(block.tables[0])}  # fmt: skip
+    return texts, {each["parameter"]: each for each in one["nuisances"]}
+
+
+def test_the_table_of_nuisances_has_the_numbers_of_the_plain_data():
+    shown, found = moved()
+    assert set(shown) == {BULK, FRICTION, "record to record", IDLE}
+    assert shown[IDLE][1:] == ["<0.01"]
+    for name in (BULK, FRICTION, IDLE):
+        number = found[name]["alone"]
+        assert shown[name][0].split()[0] == f"{100.0 * number['value']:.0f}"
+        assert number["low"] <= number["value"] <= number["high"]
+        assert found[name]["imitates"].keys() == {"place", "leakage_L_per_min"}
+
+
+def test_without_leaks_there_are_shares_and_without_such_records_nothing():
+    shown, found = moved(levels=())
+    assert {each["imitates"] for each in found.values()} == {None}
+    assert shown[BULK][1:] == ["–"]
+    assert moved(alone=0) == (None, [])

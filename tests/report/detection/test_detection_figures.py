@@ -16,46 +16,43 @@ from tests.report.detection.made_up import judged, made_up_records, made_up_scor
 FIGURES = {"ranking", "pod", "roc", "false_alarms", "densities"}
 
 
-def texts(figure):
-    found = figure.findobj(lambda artist: hasattr(artist, "get_text") and artist.get_text())
-    return " ".join(artist.get_text() for artist in found)
+def places(axis):
+    """Where lines have points."""
+    return [float(x) for line in axis.lines for x in line.get_xdata()]
 
 
-def test_the_ranking_shows_what_is_found(detection):
-    (axis,) = draw_figure(report_of(detection), "ranking").axes
+@pytest.mark.parametrize("name", ["ranking", "answer"])
+def test_the_best_score_has_its_estimate_and_its_bound(detection, name):
+    (axis,) = draw_figure(report_of(detection), name).axes
     first = detection.judgements[0].smallest
-    drawn = {float(x) for line in axis.lines for x in line.get_xdata()}
-    for name in ("q90", "q90_95"):
-        assert any(x == pytest.approx(first[name].severity * 6e4) for x in drawn)
+    for each in ("q90", "q90_95"):
+        assert any(x == pytest.approx(first[each].severity * 6e4) for x in places(axis))
 
 
-def test_densities_of_flows_are_drawn_in_litres_per_minute():
-    records = made_up_records()
+def test_densities_have_every_population_and_flows_in_litres_per_minute():
+    records = made_up_records(severities=(0.001, 1.0, 100.0))
     score = made_up_score(records, "leak", gain=200.0, unit="m^3/s")
-    scaled = replace(score, values=score.values * 1e-3 / 60.0)
-    detection = detect(records, [scaled], Rules())
+    detection = detect(records, [replace(score, values=score.values * 1e-3 / 60.0)], Rules())
     (axis,) = draw_figure(report_of(detection), "densities").axes
+    assert len(axis.patches) == 2 * len(records.populations)
     assert axis.get_xlabel() == "score [L/min]"
-    threshold = 6e4 * detection.judgements[0].threshold.high
-    assert any(line.get_xdata()[0] == pytest.approx(threshold) for line in axis.lines)
+    assert any(x == pytest.approx(6e4 * detection.judgements[0].threshold.high) for x in places(axis))
 
 
 def test_the_figure_of_false_alarms_shows_rates_and_intervals(detection):
     axis = draw_figure(report_of(detection), "false_alarms").axes[0]
-    rates = detection.judgements[0].false_alarms.values()
-    drawn = {round(float(x), 6) for line in axis.lines for x in line.get_xdata()}
-    for rate in rates:
+    drawn = {round(x, 6) for x in places(axis)}
+    for rate in detection.judgements[0].false_alarms.values():
         assert {round(100.0 * end, 6) for end in (rate.low, rate.value, rate.high)} <= drawn
 
 
-def one_score(records):
+def missing(records):
     return [made_up_score(records, "constant", gain=0.0, missing=1.0)]
 
 
 def equal(records):
     score = made_up_score(records, "equal", gain=0.0)
-    score.values[:] = 3.0
-    return [score]
+    return [replace(score, values=np.full_like(score.values, 3.0))]
 
 
 @pytest.mark.parametrize(
@@ -63,7 +60,7 @@ def equal(records):
     [
         {"severities": (0.5,), "shifts": (), "confusions": ()},
         {"severities": ()},
-        {"scores": one_score},
+        {"scores": missing},
         {"scores": equal},
         {"n_healthy": 10, "n_other": 1},
     ],
@@ -79,28 +76,19 @@ def test_a_study_that_carries_little_is_drawn_as_far_as_it_goes(chosen, tmp_path
     assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower()
 
 
-def test_densities_have_every_population_also_far_beyond_the_healthy_scores():
-    detection = judged(severities=(0.001, 1.0, 100.0))
-    for axis in draw_figure(report_of(detection), "densities").axes:
-        assert len(axis.patches) == 2 * len(detection.records.populations)
-
-
 def test_a_figure_that_a_study_does_not_have_is_refused_with_those_it_has(detection, tmp_path):
     with pytest.raises(ReportError, match="ranking, pod"):
         write_figure(report_of(detection), tmp_path / "rok.svg")
     assert not list(tmp_path.iterdir())
 
 
-def titled(axis):
-    return "".join(axis.get_title(loc="left").split())
-
-
 def test_the_drawn_curve_reaches_ninety_percent_where_it_is_stated():
     """It is not drawn where a severity comes from the levels."""
-    detection = judged(n_healthy=200, n_other=60, severities=(0.05, 0.1, 0.2, 0.5, 1.0))
-    by_name, n_seen = {each.scored.name: each for each in detection.judgements}, 0
+    detection = judged(n_healthy=200, severities=(0.05, 0.1, 0.2, 0.5, 1.0))
+    by_name, n_seen = {each.name: each for each in detection.judgements}, 0
     for axis in draw_figure(report_of(detection), "pod").axes:
-        stated = next(by_name[name] for name in by_name if name in titled(axis)).smallest.get("q90")
+        title = "".join(axis.get_title(loc="left").split())
+        stated = next(by_name[name] for name in by_name if name in title).smallest.get("q90")
         curves = [line for line in axis.lines if len(line.get_xdata()) > 10]
         if stated is None or stated.source == "levels":
             assert not curves

@@ -23,12 +23,10 @@ if TYPE_CHECKING:
     from hydrofdi.api.detector import train as train
     from hydrofdi.api.diagnosis import diagnose as diagnose
     from hydrofdi.api.diagnosis import trend as trend
-    from hydrofdi.api.evaluation import Evaluation as Evaluation
     from hydrofdi.api.evaluation import evaluate as evaluate
-    from hydrofdi.api.inspection import Inspection as Inspection
-    from hydrofdi.api.inspection import inspect as inspect
     from hydrofdi.api.records import export as export
     from hydrofdi.api.records import indicators as indicators
+    from hydrofdi.api.records import inspect as inspect
     from hydrofdi.api.records import measure as measure
     from hydrofdi.api.results import Results as Results
     from hydrofdi.api.results import load as load
@@ -52,6 +50,8 @@ if TYPE_CHECKING:
     from hydrofdi.diagnosis.diagnosing import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
     from hydrofdi.execution.exporting import Exported as Exported
+    from hydrofdi.report.detection.evaluation import Evaluation as Evaluation
+    from hydrofdi.report.inspection import Inspection as Inspection
     from hydrofdi.settings.files import schema as schema
     from hydrofdi.tables.table import Table as Table
 
@@ -60,9 +60,8 @@ _HOMES = {
     for module, names in {
         "api.detector": "Detector detect train",
         "api.diagnosis": "diagnose trend",
-        "api.evaluation": "Evaluation evaluate",
-        "api.inspection": "Inspection inspect",
-        "api.records": "export indicators measure",
+        "api.evaluation": "evaluate",
+        "api.records": "export indicators inspect measure",
         "api.results": "Results load report",
         "api.run": "Run simulate",
         "api.starting": "configs init",
@@ -72,6 +71,8 @@ _HOMES = {
         "diagnosis.diagnosing": "Diagnosis",
         "errors": "HydrofdiError",
         "execution.exporting": "Exported",
+        "report.detection.evaluation": "Evaluation",
+        "report.inspection": "Inspection",
         "settings.files": "schema",
         "tables.table": "Table",
     }.items()

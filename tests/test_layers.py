@@ -33,10 +33,10 @@ HOMES = {
     "rich": ("cli/",), "matplotlib": ("report/", "papers/maddahi2015/figures.py", "api/"),
     "pyarrow": ("tables/table.py", "records/files.py"), "xarray": ("api/", "report/", "tables/table.py"),
     "pandas": ("api/", "report/", "tables/table.py"), "numba": ("compilation/",),
-    "llvmlite": ("compilation/",), "distributed": ("execution/",), "dask": ("execution/",), "sklearn": ("detectors/scores/",),
-    "threadpoolctl": ("detectors/scores/contract.py",), "fmpy": ("fmi.py",), "paho": ("monitor/",),
-    "asyncua": ("monitor/opcua.py",), "cryptography": ("monitor/opcua.py",),
-    "prometheus_client": ("monitor/metrics.py",),
+    "llvmlite": ("compilation/",), "distributed": ("execution/",), "dask": ("execution/",),
+    "sklearn": ("detectors/scores/",), "threadpoolctl": ("detectors/scores/contract.py",),
+    "fmpy": ("fmi.py",), "paho": ("monitor/",), "asyncua": ("monitor/opcua.py",),
+    "cryptography": ("monitor/opcua.py",), "prometheus_client": ("monitor/metrics.py",),
 }  # fmt: skip
 """Outside library → where it may be imported."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.api.sources import Described, open_records
 from hydrofdi.diagnosis.histories import (
     History,
-    Score,
+    MeasuredScore,
     balance_of,
     history_of_records,
     logged_histories,
@@ -154,7 +154,7 @@ def _history_of_records(
     options = own.options.model_dump(exclude_unset=True)
     feature = feature_of(DetectorConfig(indicator=own.name, options=options, output=output))
     indicators = of_machine({own.name: own}, sources)
-    score = Score(
+    score = MeasuredScore(
         feature.label,
         lambda batch: output_unit(feature.indicator, feature.described, batch),
         lambda batch: feature.values(measure(batch, indicators).values)[:, 0],

@@ -46,13 +46,13 @@ Range = Annotated[tuple[float, float], AfterValidator(_ordered)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class Part(Section):
+class FileSection(Section):
     """A section of a detector file, of finite numbers."""
 
     model_config = ConfigDict(allow_inf_nan=False)
 
 
-class Made(Part):
+class Made(FileSection):
     """Origin of the file."""
 
     hydrofdi: str
@@ -65,7 +65,7 @@ class Made(Part):
     """Command line."""
 
 
-class Basis(Part):
+class Basis(FileSection):
     """Data behind the stated false-alarm rate."""
 
     sources: tuple[str, ...] = Field(min_length=1)
@@ -103,7 +103,7 @@ class Basis(Part):
     """Period of the drive of the first healthy record [s]; null if none is known or found."""
 
 
-class Scale(Part):
+class Scale(FileSection):
     """Median, spread and range of the healthy score, in the unit of the output."""
 
     centre: float
@@ -116,7 +116,7 @@ class Scale(Part):
     """Lowest and highest healthy score; null if the file does not state them."""
 
 
-class Limits(Part):
+class Limits(FileSection):
     """Limits of the score, in the unit of the output, and the false-alarm rate."""
 
     low: float | None
@@ -147,7 +147,7 @@ class Limits(Part):
     of a fleet."""
 
 
-class Fleet(Part):
+class Fleet(FileSection):
     """Healthy scores over the groups or records of the training, if each is a machine, in the unit of the
     output."""
 
@@ -167,7 +167,7 @@ class Fleet(Part):
     """Standard deviation of this logarithm over machines."""
 
 
-class ChartLimit(Part):
+class ChartLimit(FileSection):
     """Limit of the control chart."""
 
     limit: float = Field(gt=0.0)
@@ -186,7 +186,7 @@ class ChartLimit(Part):
     """Resampled units: groups, records, or pieces of records if there are few records."""
 
 
-class TrainedScore(Part):
+class TrainedScore(FileSection):
     """What a score of several numbers learned."""
 
     numbers: tuple[str, ...] = Field(min_length=1)
@@ -209,7 +209,7 @@ class TrainedScore(Part):
         return rule
 
 
-class ChannelRange(Part):
+class ChannelRange(FileSection):
     """Range of a channel in healthy windows, widened by a margin; a window outside it is novel."""
 
     low: Range
@@ -240,7 +240,7 @@ _HOLE = 0.8
 in most windows of 2 s, of a gap up to 0.7."""
 
 
-class DetectorFile(Part):
+class DetectorFile(FileSection):
     """A trained detector."""
 
     schema_name: Literal["hydrofdi.detector"] = Field(default="hydrofdi.detector", alias="schema")

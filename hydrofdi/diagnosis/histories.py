@@ -129,7 +129,7 @@ def time_or_days(seconds: float) -> str:
 
 
 @dataclass(frozen=True)
-class Score:
+class MeasuredScore:
     """What is measured of records: its name, the unit that it has in a batch, and its values in one."""
 
     label: str
@@ -237,7 +237,7 @@ def require_files(sources: Sequence[RecordSource]) -> None:
 
 def history_of_records(
     sources: Sequence[RecordSource],
-    score: Score,
+    score: MeasuredScore,
     assumptions: Sequence[str],
     accept: Callable[[str, bool], object],
 ) -> History:

@@ -50,7 +50,7 @@ MOST_SEVERITIES = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class Tally:
+class HitCount:
     """Faulty records counted by severity.
 
     Attributes
@@ -75,7 +75,7 @@ class Tally:
         """Smallest and largest tested severity."""
         return float(self.severity[0]), float(self.severity[-1])
 
-    def pooled(self, n_level: int) -> Tally:
+    def pooled(self, n_level: int) -> HitCount:
         """Pool adjacent severities into at most `n_level` levels of about equal size.
 
         A level is assigned its largest severity, at which the probability of detection is at least the mean
@@ -88,10 +88,10 @@ class Tally:
         first = np.flatnonzero(np.diff(level, prepend=-1))
         last = np.append(first[1:], level.size) - 1
         hits, total = (np.add.reduceat(counts, first).astype(float) for counts in (self.hits, self.total))
-        return Tally(self.severity[last], hits, total)
+        return HitCount(self.severity[last], hits, total)
 
 
-def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
+def tally(severity: ArrayLike, outcomes: ArrayLike) -> HitCount:
     """Count faulty records by severity.
 
     Parameters
@@ -111,14 +111,14 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
     hits, total = (
         np.bincount(level_of, counts).astype(float) for counts in (values[is_known], is_known[is_known])
     )
-    return Tally(levels[is_known][first], hits, total).pooled(MOST_SEVERITIES)
+    return HitCount(levels[is_known][first], hits, total).pooled(MOST_SEVERITIES)
 
 
 MOST_LEVELS = 10
 """Number of levels into which continuous (measured) severities are pooled."""
 
 
-def isotonic(levels: Tally) -> Array:
+def isotonic(levels: HitCount) -> Array:
     """Detection rates of levels by isotonic regression, shape (n_level,).
 
     Ayer, Brunk, Ewing, Reid and Silverman, Annals of Mathematical Statistics 26 (1955) 641: the
@@ -151,7 +151,7 @@ def last_shown(
     return DetectableSeverity(where, float(severity[first]), probability, confidence, "levels")
 
 
-def interpolated_level(counted: Tally, *, probability: float = 0.9) -> DetectableSeverity:
+def interpolated_level(counted: HitCount, *, probability: float = 0.9) -> DetectableSeverity:
     """Severity at which the isotonic estimate reaches a probability (nonparametric estimate).
 
     Between levels it is interpolated in the logarithm of the severity: Stylianou and Flournoy, Biometrics 58
@@ -206,7 +206,7 @@ def log_cumulative(predictor: Array) -> Array:
     return np.asarray(log_ndtr(predictor))
 
 
-def log_likelihood(predictor: Array, tally: Tally, floor: float) -> float:
+def log_likelihood(predictor: Array, tally: HitCount, floor: float) -> float:
     """ln L of P = α + (1 - α) F(predictor), without the binomial coefficients.
 
     Parameters
@@ -220,7 +220,7 @@ def log_likelihood(predictor: Array, tally: Tally, floor: float) -> float:
     return float(_times(tally.hits, log_hit) + _times(tally.misses, log_above + np.log1p(-floor)))
 
 
-def maximise(design: Array, offset: Array, tally: Tally, floor: float, start: float = 0.0) -> Array:
+def maximise(design: Array, offset: Array, tally: HitCount, floor: float, start: float = 0.0) -> Array:
     """Maximum-likelihood coefficients β of the predictor offset + design β.
 
     Fisher scoring with step halving: McCullagh and Nelder, Generalized Linear Models (1989), section 2.5; the
@@ -266,7 +266,7 @@ def _logarithms(predictor: Array, floor: float) -> tuple[Array, Array]:
     return log_hit, log_cumulative(-predictor)
 
 
-def _score(predictor: Array, tally: Tally, floor: float) -> tuple[Array, Array]:
+def _score(predictor: Array, tally: HitCount, floor: float) -> tuple[Array, Array]:
     """Derivative of ln L by the predictor, and its expected information, for each level."""
     log_hit, log_above = _logarithms(predictor, floor)
     log_density = -(predictor**2) / 2.0 - 0.5 * np.log(2.0 * np.pi)
@@ -296,7 +296,7 @@ class PodCurve:
         x(a).
     """
 
-    tally: Tally
+    tally: HitCount
     false_alarm_rate: float
     intercept: float
     slope: float
@@ -361,7 +361,7 @@ def probability_of_detection(
     return PodCurve(counted, false_alarm_rate, intercept, slope, largest, along)
 
 
-def _coefficients(x: Array, counted: Tally, floor: float) -> tuple[float, float]:
+def _coefficients(x: Array, counted: HitCount, floor: float) -> tuple[float, float]:
     """Intercept and slope; the slope is not negative."""
     nothing, ones = np.zeros_like(x), np.ones_like(x)
     if x.size > 1:

@@ -187,7 +187,7 @@ RULES: tuple[Rule, ...] = (_bands, _folding, _doubts_of_fmu, _periods, without_r
 Row = Mapping[str, Any]
 
 
-class Quantity(NamedTuple):
+class CheckedQuantity(NamedTuple):
     """A quantity [in `unit`] of a run and its row of results; its usual range, what to change
     below and above it, and the sections that it depends on if it needs no results.
     """
@@ -244,48 +244,48 @@ def slenderness(run: RunParameters) -> float:
 _OF_SPEED = ("actuator", "supply", "valve", *EDGES, "load", "input", "control", "record")
 
 QUANTITIES = (
-    Quantity(
+    CheckedQuantity(
         "stroke over piston diameter", "", 0.1, 40.0, lambda run, row: slenderness(run),
         "check actuator.stroke and actuator.piston_area",
         "check actuator.stroke, without it actuator.chamber_volume: a rod of this length buckles",
         ("actuator",),
     ),
-    Quantity(
+    CheckedQuantity(
         "natural frequency f_h", "Hz", 1.0, 500.0, lambda run, row: natural_frequency(run),
         "check fluid.bulk_modulus and the units of actuator.piston_area; or lower actuator.mass",
         "check actuator.mass; or raise actuator.chamber_volume",
         ("actuator", "fluid", "supply"),
     ),
-    Quantity(
+    CheckedQuantity(
         "load over the force", "%", 5.0, 75.0, load_share,
         "raise load.constant_force or load.random_force: a seal without a load hardly leaks",
         "check supply.pressure and actuator.piston_area; or lower the load",
     ),
-    Quantity(
+    CheckedQuantity(
         "largest valve speed", "m/s", 0.005, 1.5,
         lambda run, row: valve_speed(run, slower=False),
         "raise valve.area_gradient; check the pressure drop of the rated flow",
         "lower valve.area_gradient; check the pressure drop of the rated flow",
         _OF_SPEED,
     ),
-    Quantity(
+    CheckedQuantity(
         "valve speed over motion speed", "", 1.0, 10.0, lambda run, row: speed_ratio(run),
         "raise valve.area_gradient; or lower control.amplitude, or raise input.period",
         "lower valve.area_gradient; or raise control.amplitude, or lower input.period",
         _OF_SPEED,
     ),
-    Quantity(
+    CheckedQuantity(
         "stroke used", "%", 5.0, 95.0, lambda run, row: 100.0 * stroke_share(run, row),
         "raise control.amplitude (open loop: input.amplitude)",
         "lower control.amplitude (open loop: input.amplitude or input.period)",
     ),
-    Quantity(
+    CheckedQuantity(
         "hydraulic damping ζ, in motion", "", 0.02, 1.0,
         lambda run, row: float(row["hydraulic_mode_damping_ratio"]),
         "raise friction.viscous or valve.lap_leakage: real cylinders are damped better",
         "lower friction.viscous, or check the leakage",
     ),
-    Quantity(
+    CheckedQuantity(
         "time with a cavitating chamber", "%", 0.0, 0.0,
         lambda run, row: 100.0 * float(row["cavitating_share"]),
         "",

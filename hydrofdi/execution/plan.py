@@ -44,7 +44,7 @@ _CALIBRATION_ROUNDS = 5
 """Simulations that a calibration takes, about."""
 
 
-class Part(NamedTuple):
+class SweepPart(NamedTuple):
     """A share of a sweep: every so many blocks of its runs, whatever is stored."""
 
     number: int = 1
@@ -60,13 +60,13 @@ class Part(NamedTuple):
         return [k for k in range(n_run) if k // WIDTH % self.of == self.number - 1]
 
 
-WHOLE = Part()
+WHOLE = SweepPart()
 
 
-def part_of(given: Any) -> Part:
+def part_of(given: Any) -> SweepPart:
     """A part such as ``3/64``."""
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", given) if isinstance(given, str) else None
-    part = Part(*map(int, found.groups())) if found else Part(0)
+    part = SweepPart(*map(int, found.groups())) if found else SweepPart(0)
     if not 1 <= part.number <= part.of:
         raise refusal("part", "a number of so many, from 1 on, such as '3/64'", given)
     return part
@@ -85,7 +85,7 @@ class SweepPlan:
     record_ids: tuple[str, ...]
     index: ShardIndex
     failures: dict[str, Failure]
-    part: Part = WHOLE
+    part: SweepPart = WHOLE
 
     @property
     def file(self) -> Path:
@@ -216,7 +216,7 @@ def plan_sweep(
     *,
     retry_failed: bool = False,
     run_ids: tuple[str, ...] | None = None,
-    part: Part = WHOLE,
+    part: SweepPart = WHOLE,
 ) -> SweepPlan:
     """The runs of an experiment, and which of them are stored. Writes nothing."""
     table = expand_runs(experiment)

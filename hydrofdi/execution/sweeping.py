@@ -21,7 +21,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.runs import run_identities
 from hydrofdi.engine import Engine, TaskFailure
 from hydrofdi.execution.compute import Job, Recorder, run_jobs
-from hydrofdi.execution.plan import WHOLE, Part, SweepPlan, plan_sweep
+from hydrofdi.execution.plan import WHOLE, SweepPart, SweepPlan, plan_sweep
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.settings.arguments import refusal
 from hydrofdi.settings.messages import counted, time_text
@@ -141,7 +141,7 @@ def run_sweep(
     watcher: Watching | None = None,
     *,
     retry_failed: bool = False,
-    part: Part = WHOLE,
+    part: SweepPart = WHOLE,
 ) -> SweepSummary:
     """Compute the missing runs of an experiment and build its experiment file; a part builds none."""
     start = time.perf_counter()

@@ -76,7 +76,7 @@ class Report:
         return self.data.path
 
     @cached_property
-    def table(self) -> runs.RunTable:
+    def table(self) -> runs.ReportedRuns:
         """Its runs."""
         return runs.run_table(self.data)
 
@@ -345,7 +345,7 @@ class Report:
         return {}
 
 
-def rms_table(table: runs.RunTable) -> Table:
+def rms_table(table: runs.ReportedRuns) -> Table:
     """The RMS of the details of each run."""
     levels = enumerate(table[names.DETAIL_RMS].T, 1)
     columns = (Column(f"d{k} [kPa]", own, text=runs.kilopascal) for k, own in levels)
@@ -354,7 +354,7 @@ def rms_table(table: runs.RunTable) -> Table:
     )
 
 
-def _rows_table(table: runs.RunTable, *columns: Column) -> Table:
+def _rows_table(table: runs.ReportedRuns, *columns: Column) -> Table:
     """Columns between what a run is and its verdict."""
     mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: runs.hole_or(f, f"{f:.1f}"))
     lead = [*runs.lead_columns(table), mode]
@@ -367,7 +367,7 @@ def _rows_table(table: runs.RunTable, *columns: Column) -> Table:
     return Table((*lead, *columns, marks), notes=(f"Verdict: {words}.",), n_lead=len(lead))
 
 
-def _modes(table: runs.RunTable) -> dict[str, Any]:
+def _modes(table: runs.ReportedRuns) -> dict[str, Any]:
     """Identity, leakage and EBM of each run."""
     return {
         "run_id": table.texts(names.RUN_ID),
@@ -376,7 +376,7 @@ def _modes(table: runs.RunTable) -> dict[str, Any]:
     }
 
 
-def _dynamics(table: runs.RunTable) -> dict[str, Any]:
+def _dynamics(table: runs.ReportedRuns) -> dict[str, Any]:
     """Mean pressure and hydraulic mode of each run."""
     return {
         "mean_chamber_1_pressure_Pa": table[names.MEAN_CHAMBER_1_PRESSURE],
@@ -385,7 +385,7 @@ def _dynamics(table: runs.RunTable) -> dict[str, Any]:
     }
 
 
-def _parameters(table: runs.RunTable) -> dict[str, Any]:
+def _parameters(table: runs.ReportedRuns) -> dict[str, Any]:
     """K_i and the varied parameters of each run in SI, with their units."""
     headers = {}
     for name in table.label_names:
@@ -395,7 +395,7 @@ def _parameters(table: runs.RunTable) -> dict[str, Any]:
     return coefficients | {header: table.values(name) for name, header in headers.items()}
 
 
-def _level_columns(table: runs.RunTable) -> dict[str, Any]:
+def _level_columns(table: runs.ReportedRuns) -> dict[str, Any]:
     """A number for each run and level: RMS, and δ against either baseline."""
     columns = {}
     for name, delta in _DELTAS.items():

@@ -45,7 +45,7 @@ def relative_change(healthy: Array, values: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class MeasuredOutput:
+class ReportedOutput:
     """An output of an indicator over an experiment.
 
     Attributes
@@ -104,7 +104,7 @@ class MeasuredIndicator:
 
     label: str
     indicator: Indicator[Any]
-    outputs: tuple[MeasuredOutput, ...]
+    outputs: tuple[ReportedOutput, ...]
     unmeasured: dict[int, str]
 
 
@@ -118,7 +118,7 @@ def measured_indicators(data: ExperimentData) -> tuple[MeasuredIndicator, ...]:
 def measured_indicator(label: str, indicator: Indicator[Any], data: ExperimentData) -> MeasuredIndicator:
     """An indicator with those of its outputs that are stored, and reasons of runs without any."""
     outputs = tuple(
-        MeasuredOutput(label, output, data.columns[f"{label}.{output.name}"], data)
+        ReportedOutput(label, output, data.columns[f"{label}.{output.name}"], data)
         for output in indicator.outputs
         if f"{label}.{output.name}" in data.columns
     )
@@ -148,7 +148,7 @@ def indicators_block(studies: tuple[MeasuredIndicator, ...]) -> Block | None:
     return Block("indicators", "Indicators", (), (_outputs_table(outputs), holes))
 
 
-def _outputs_table(outputs: list[MeasuredOutput]) -> Table:
+def _outputs_table(outputs: list[ReportedOutput]) -> Table:
     columns = [
         Column("Output", [output.title for output in outputs], is_text=True),
         Column("Meaning", [output.output.long_name for output in outputs], is_text=True),
@@ -161,7 +161,7 @@ def _outputs_table(outputs: list[MeasuredOutput]) -> Table:
     return Table(tuple(columns), title, "indicator-outputs", breaks=breaks)
 
 
-def _value(output: MeasuredOutput, values: Any) -> str:
+def _value(output: ReportedOutput, values: Any) -> str:
     """The range of some numbers in the unit that people read."""
     low, high = output.shown(np.array(span_of(np.ravel(values)))).tolist()
     return HOLE if math.isnan(low) else span_text(f"{low:.4g}", f"{high:.4g}")
@@ -183,7 +183,7 @@ def indicator_record(study: MeasuredIndicator) -> dict[str, Any]:
     }
 
 
-def _output_record(measured: MeasuredOutput) -> dict[str, Any]:
+def _output_record(measured: ReportedOutput) -> dict[str, Any]:
     output = measured.output
     return {
         "name": output.name,

@@ -78,7 +78,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Axis:
+class VariedParameter:
     """A parameter that varies: its runs by value in ascending order, by fifths if there are many values.
 
     `numbers`: the values of all runs in SI, NaN for runs that belong to no group; None if they are words.
@@ -91,7 +91,7 @@ class Axis:
     numbers: NDArray[np.float64] | None
     text: Callable[[Any], str]
     against: str = ""
-    responses: tuple[Response, ...] = ()
+    responses: tuple[FeatureResponse, ...] = ()
 
     @property
     def drawn(self) -> NDArray[np.float64] | None:
@@ -112,7 +112,7 @@ def _swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
     return np.arange(data.n_run) < n_swept
 
 
-def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
+def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> VariedParameter:
     """A swept parameter over the runs that are kept."""
     text: Callable[[Any], str]
     if name in INTERNAL_LEAKAGE_FORMS:
@@ -129,7 +129,7 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
     if not all(isinstance(value, int | float) for value in different):
         rows_of = {value: kept & np.array([each == value for each in values]) for value in different}
         words = (Group(v, HOLE if v is None else text(v), rows) for v, rows in rows_of.items())
-        return Axis(name, header, tuple(words), None, text)
+        return VariedParameter(name, header, tuple(words), None, text)
     numbers = np.array([v if isinstance(v, int | float) else np.nan for v in values], dtype=float)
     numbers[~kept] = np.nan
     groups = [Group(value, text(value), numbers == value) for value in sorted(different)]
@@ -139,7 +139,7 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
             rows = kept.copy()
             rows[kept] = members
             groups.append(Group(None, f"{text(low)} … {text(high)}", rows))
-    return Axis(name, header, tuple(group for group in groups if group.rows.any()), numbers, text)
+    return VariedParameter(name, header, tuple(group for group in groups if group.rows.any()), numbers, text)
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
 
 
 @dataclass(frozen=True)
-class Feature:
+class RunFeature:
     """A number of each run, shape (n_run,), in a unit for people; `own_unit` is SI, or ``%`` of a change."""
 
     name: str
@@ -198,7 +198,7 @@ class Feature:
 
 
 @dataclass(frozen=True)
-class Spread:
+class GroupSpread:
     """Median and range of a feature over the runs of a group: 5 and 95 % of `MANY_RUNS` or more."""
 
     median: float
@@ -208,11 +208,11 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Response:
+class FeatureResponse:
     """A feature over the groups of an axis, and its rank correlation with one of many values."""
 
-    feature: Feature
-    over: tuple[Spread, ...]
+    feature: RunFeature
+    over: tuple[GroupSpread, ...]
     rank: RankCorrelation | None
 
     @property
@@ -233,10 +233,10 @@ class ResponseStudy:
     of the other indicators.
     """
 
-    axes: tuple[Axis, ...]
+    axes: tuple[VariedParameter, ...]
     runs: NDArray[np.bool_]
-    details: dict[str, tuple[Feature, ...]]
-    measured: tuple[Feature, ...]
+    details: dict[str, tuple[RunFeature, ...]]
+    measured: tuple[RunFeature, ...]
 
 
 def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, ...] = ()) -> ResponseStudy:
@@ -255,7 +255,7 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
         wanted = ("matched", "fixed") if axis.name.startswith("leakage.") else ("fixed",)
         against = next((name for name in wanted if details[name]), "")
         responses = (
-            Response(
+            FeatureResponse(
                 feature,
                 tuple(spread(feature.values[group.rows]) for group in axis.groups),
                 None if axis.drawn is None else rank_correlation(axis.drawn, feature.values),
@@ -266,36 +266,36 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
     return ResponseStudy(tuple(axes), runs, details, measured)
 
 
-def _details(data: ExperimentData) -> dict[str, tuple[Feature, ...]]:
+def _details(data: ExperimentData) -> dict[str, tuple[RunFeature, ...]]:
     """δ of the details of P_1 against each baseline that is another run, and their RMS."""
-    features: dict[str, tuple[Feature, ...]] = {"": (), "fixed": (), "matched": ()}
+    features: dict[str, tuple[RunFeature, ...]] = {"": (), "fixed": (), "matched": ()}
     if not data.has_details:
         return features
     sizes = data.columns[names.DETAIL_RMS].T * convert(1.0, "kPa")
-    features[""] = tuple(Feature(f"RMS of d{k}", "kPa", values, "Pa") for k, values in enumerate(sizes, 1))
+    features[""] = tuple(RunFeature(f"RMS of d{k}", "kPa", values, "Pa") for k, values in enumerate(sizes, 1))
     for name, changes in baseline_changes(data).items():
         rows = data.baselines[name]
         if ((rows != names.NO_BASELINE) & (rows != np.arange(data.n_run))).any():
-            features[name] = tuple(Feature(f"δd{k}", "%", values) for k, values in enumerate(changes.T, 1))
+            features[name] = tuple(RunFeature(f"δd{k}", "%", values) for k, values in enumerate(changes.T, 1))
     return features
 
 
-def _indicator_features(indicators: tuple[MeasuredIndicator, ...]) -> Iterator[Feature]:
+def _indicator_features(indicators: tuple[MeasuredIndicator, ...]) -> Iterator[RunFeature]:
     """Outputs of the further indicators, except standard errors, that differ between any two runs."""
     for output in (output for measured in indicators for output in measured.outputs):
         known = output.means[np.isfinite(output.means)]
         if not output.output.name.endswith("_error") and known.size and np.ptp(comparable(known)) > 0.0:
-            yield Feature(output.title, output.unit, output.shown(output.means), output.output.unit)
+            yield RunFeature(output.title, output.unit, output.shown(output.means), output.output.unit)
 
 
-def spread(values: Array) -> Spread:
+def spread(values: Array) -> GroupSpread:
     """Median and range of the finite numbers."""
     known = values[np.isfinite(values)]
     if not known.size:
-        return Spread(math.nan, math.nan, math.nan, 0)
+        return GroupSpread(math.nan, math.nan, math.nan, 0)
     ends = (0.05, 0.95) if known.size >= MANY_RUNS else (0.0, 1.0)
     median, low, high = np.quantile(known, [0.5, *ends]).tolist()
-    return Spread(median, low, high, known.size)
+    return GroupSpread(median, low, high, known.size)
 
 
 def strongest_table(study: ResponseStudy, most: int) -> Table:
@@ -330,7 +330,7 @@ def responses_block(study: ResponseStudy) -> Block | None:
     return Block("responses", "Responses", (_LEGEND,), tables, ("responses",))
 
 
-def _axis_table(axis: Axis) -> Table:
+def _axis_table(axis: VariedParameter) -> Table:
     features = [response.feature for response in axis.responses]
     against = f"; δ against {AGAINST[axis.against]}" if axis.against else ""
     columns = [Column("Feature", ["runs", *(feature.header for feature in features)], is_text=True)]
@@ -345,7 +345,7 @@ def _axis_table(axis: Axis) -> Table:
     return Table(tuple(columns), f"Over {axis.header}{against}", f"responses-{axis.name}", notes)
 
 
-def _spread_text(spread: Spread, is_change: bool, most: int) -> str:
+def _spread_text(spread: GroupSpread, is_change: bool, most: int) -> str:
     """``+3.7 [+1.9 … +25.2]``; the median alone where all are equal."""
     if math.isnan(spread.median):
         return HOLE
@@ -359,7 +359,7 @@ def _number(value: float, is_change: bool) -> str:
     return signed(value) if is_change else HOLE if math.isnan(value) else with_minus(f"{value:.4g}")
 
 
-def _rank_table(axes: list[Axis]) -> Table:
+def _rank_table(axes: list[VariedParameter]) -> Table:
     """Rank correlations of all features with the parameters that have many values."""
     rows = [
         {"feature": response.feature.name, "parameter": axis.name, "ρ": rank.value}
@@ -380,7 +380,7 @@ def responses_record(study: ResponseStudy) -> dict[str, Any]:
     }
 
 
-def _varied(axis: Axis) -> dict[str, Any]:
+def _varied(axis: VariedParameter) -> dict[str, Any]:
     """A parameter: its values with their runs, or quantiles if there are many values."""
     counts = [int(group.rows.sum()) for group in axis.groups]
     named = {"name": axis.name, "unit": parameter_unit(axis.name) if axis.name in parameter_names() else None}
@@ -391,7 +391,7 @@ def _varied(axis: Axis) -> dict[str, Any]:
     return {**named, "quantiles": quantiles, "n": sum(counts)}
 
 
-def _response(axis: Axis, response: Response) -> dict[str, Any]:
+def _response(axis: VariedParameter, response: FeatureResponse) -> dict[str, Any]:
     feature, rank = response.feature, response.rank
     groups = [
         _ends(axis, group)
@@ -410,7 +410,7 @@ def _response(axis: Axis, response: Response) -> dict[str, Any]:
     }
 
 
-def _ends(axis: Axis, group: Group) -> dict[str, Any]:
+def _ends(axis: VariedParameter, group: Group) -> dict[str, Any]:
     """The value of a group, or the smallest and the largest value of a fifth."""
     if axis.drawn is None:
         return {"value": group.value}

@@ -28,7 +28,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class RunTable:
+class ReportedRuns:
     """Runs of an experiment, by `positions` in it, and the parameters besides leakage and EBM that vary.
 
     ``table[name]`` is a variable of the experiment file for these runs.
@@ -44,7 +44,7 @@ class RunTable:
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.data.columns[name][self.positions]
 
-    def of(self, rows: Any) -> RunTable:
+    def of(self, rows: Any) -> ReportedRuns:
         """Some of the rows: a mask, indices or a slice."""
         return replace(self, positions=self.positions[rows])
 
@@ -131,9 +131,9 @@ class RunTable:
         return any(name.startswith(EXTERNAL) for name in self.label_names)
 
 
-def run_table(data: ExperimentData) -> RunTable:
+def run_table(data: ExperimentData) -> ReportedRuns:
     """The runs: sealed ones first, by leakage, EBM, and what else varies."""
-    table = RunTable(data, np.arange(data.n_run), tuple(label_names(data)))
+    table = ReportedRuns(data, np.arange(data.n_run), tuple(label_names(data)))
     others = (_sortable(table.values(name)) for name in reversed(table.label_names))
     return table.of(np.lexsort((*others, table[names.BULK_MODULUS], table.leakage_requests)))
 
@@ -213,7 +213,7 @@ def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
     return f"{leakage} at {modulus_text(bulk_modulus)}"
 
 
-def lead_columns(table: RunTable) -> list[Column]:
+def lead_columns(table: ReportedRuns) -> list[Column]:
     """What says which run a row is; external leakage as the flow that it causes."""
     pairs = zip(table.leakage_requests.tolist(), table.leakage_flows.tolist(), strict=True)
     # of a missing run only K_i is known
@@ -248,7 +248,7 @@ def delta_columns(delta: Array) -> list[Column]:
     ]
 
 
-def band_sentence(table: RunTable) -> str:
+def band_sentence(table: ReportedRuns) -> str:
     """Bands of the levels."""
     bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
     return f"Bands [Hz]: {bands}."

@@ -21,8 +21,8 @@ from hydrofdi.config.runs import spread
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.document import Block
 from hydrofdi.report.indicators import span_of
-from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
-from hydrofdi.report.runs import EXTERNAL, Array, RunTable, joined, lead_columns, signed, span_text
+from hydrofdi.report.responses import AGAINST, ResponseStudy, RunFeature, VariedParameter
+from hydrofdi.report.runs import EXTERNAL, Array, ReportedRuns, joined, lead_columns, signed, span_text
 from hydrofdi.settings.messages import number_text
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
@@ -37,7 +37,7 @@ _D2, _LEVEL = 1, 3
 """Positions of d2, and of a4; the deepest level if there are fewer."""
 
 
-def asked_views(table: RunTable) -> Iterator[View]:
+def asked_views(table: ReportedRuns) -> Iterator[View]:
     """Sections and data of the varied external leakage, and of what varies without a leak."""
     if table.varies_external:
         yield external_view(table)
@@ -45,7 +45,7 @@ def asked_views(table: RunTable) -> Iterator[View]:
         yield view
 
 
-def external_view(table: RunTable) -> View:
+def external_view(table: ReportedRuns) -> View:
     """Ranges of δ with the same leaky chambers, and how far they are from those without external leakage.
 
     δ is against the fixed, δ′ against the matched baseline: of the settled records if there are any. A gap
@@ -89,7 +89,7 @@ def external_view(table: RunTable) -> View:
     return block, {"external_leakage": {"approximation": f"a{level + 1}", "states": record}}
 
 
-def _deltas(table: RunTable, level: int) -> dict[str, Array]:
+def _deltas(table: ReportedRuns, level: int) -> dict[str, Array]:
     """δ and δ′ [%] of the approximation, and of d2."""
     kinds = {f"a{level + 1}": (names.APPROXIMATION_RMS, level)}
     if level >= _D2:
@@ -101,7 +101,7 @@ def _deltas(table: RunTable, level: int) -> dict[str, Array]:
     }
 
 
-def healthy_view(table: RunTable) -> View | None:
+def healthy_view(table: ReportedRuns) -> View | None:
     """Does a leak move the details more than sealed actuators differ by what is drawn, and by their noise?"""
     sweep = table.data.experiment.sweep
     chance = sweep.drawn | ({_SEED} & {*sweep.names})
@@ -140,7 +140,7 @@ def healthy_view(table: RunTable) -> View | None:
     return block, {"healthy_ranges": record}
 
 
-def _against_sealed(table: RunTable) -> Iterator[tuple[NDArray[np.intp], Array]]:
+def _against_sealed(table: ReportedRuns) -> Iterator[tuple[NDArray[np.intp], Array]]:
     """Rows and δ of the sealed runs, then of each leak, where several sealed runs have the same labels."""
     rms = table[table.settled(names.DETAIL_RMS)]
     known, leaks = np.isfinite(rms).all(axis=1), table.leakage_requests
@@ -175,7 +175,7 @@ class Plane:
         Cell of each run, row by row; −1 for runs that were added for comparison.
     against : str
         Baseline of the changes; empty if the features are no changes.
-    features : tuple of Feature
+    features : tuple of RunFeature
     others : tuple of str
         Further parameters that vary.
     baseline : tuple of two float, or None
@@ -187,7 +187,7 @@ class Plane:
     headers: tuple[str, str]
     cell: NDArray[np.intp]
     against: str
-    features: tuple[Feature, ...]
+    features: tuple[RunFeature, ...]
     others: tuple[str, ...]
     baseline: tuple[float, float] | None
 
@@ -196,7 +196,7 @@ class Plane:
         """Numbers of rows and columns."""
         return len(self.texts[0]), len(self.texts[1])
 
-    def matrix(self, feature: Feature) -> Array:
+    def matrix(self, feature: RunFeature) -> Array:
         """The median of a feature in each cell; NaN if no run there has one."""
         matrix = np.full(self.shape, np.nan)
         known = np.isfinite(feature.values) & (self.cell >= 0)
@@ -208,7 +208,7 @@ class Plane:
         return matrix
 
     @property
-    def strongest(self) -> Feature:
+    def strongest(self) -> RunFeature:
         """The feature whose medians have the widest range; of features that are no changes, the first."""
         if not self.features[0].is_change:
             return self.features[0]
@@ -255,7 +255,7 @@ def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
     return None
 
 
-def _places(axis: Axis) -> tuple[NDArray[np.intp], list[Any]]:
+def _places(axis: VariedParameter) -> tuple[NDArray[np.intp], list[Any]]:
     """Number of the value of each run, −1 for none, and all values in order."""
     index = np.full(len(axis.groups[0].rows), -1)
     if axis.numbers is None:

@@ -216,7 +216,7 @@ class TestedLevels:
         return np.concatenate([level.detections(self.threshold) for level in self.levels])
 
     @cached_property
-    def tally(self) -> pod.Tally:
+    def tally(self) -> pod.HitCount:
         """Hits of each level at its *largest* true severity.
 
         The probability of detection there is at least the mean of the level, so detectable severities are not
@@ -227,7 +227,7 @@ class TestedLevels:
             np.array([getattr(rate, name) for rate in rates], float) for name in ("count", "total")
         )
         largest = [level.severity.max() for level in self.levels]
-        return pod.Tally(np.maximum.accumulate(largest), hits, total)
+        return pod.HitCount(np.maximum.accumulate(largest), hits, total)
 
     def lie_on_the_rise(self, curve: pod.PodCurve) -> bool:
         """Whether at least two levels lie on the slope of the curve.

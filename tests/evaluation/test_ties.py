@@ -8,7 +8,7 @@ import pytest
 
 from hydrofdi.detectors.charts import delays
 from hydrofdi.detectors.rules import Rules, make_chart
-from hydrofdi.evaluation.pod import Tally, interpolated_level, lack_of_fit, probability_of_detection
+from hydrofdi.evaluation.pod import HitCount, interpolated_level, lack_of_fit, probability_of_detection
 from hydrofdi.evaluation.rates import Area
 from hydrofdi.evaluation.scores import Direction, Kind, Population, comparable
 from hydrofdi.evaluation.threshold import quantile_threshold
@@ -49,7 +49,9 @@ def test_a_pooled_rate_that_is_asked_for_is_reached():
         hits, rest = divmod(percent * (n + m), 100)
         few = min(n, hits)
         if not rest and hits - few <= m:
-            levels = Tally(np.array([0.1, 0.2]), np.array([few, hits - few], float), np.array([n, m], float))
+            levels = HitCount(
+                np.array([0.1, 0.2]), np.array([few, hits - few], float), np.array([n, m], float)
+            )
             assert interpolated_level(levels, probability=percent / 100).place == "below"
 
 

@@ -10,7 +10,7 @@ import hydrofdi
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.engine import InProcessEngine
 from hydrofdi.errors import ConfigError, StoreError
-from hydrofdi.execution.plan import Part, plan_sweep
+from hydrofdi.execution.plan import SweepPart, plan_sweep
 from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.store.folder import Failure, experiment_lock, read_failures, read_provenance, write_failure
 from tests.commands import run, run_json
@@ -26,7 +26,7 @@ SMALL = {
 
 def test_parts_have_every_run_once_whatever_is_stored():
     for n_run, of in ((0, 2), (31, 3), (450, 7), (5000, 64)):
-        parts = [Part(number, of).positions(n_run) for number in range(1, of + 1)]
+        parts = [SweepPart(number, of).positions(n_run) for number in range(1, of + 1)]
         assert sorted(position for part in parts for position in part) == [*range(n_run)]
 
 
@@ -49,7 +49,7 @@ def test_parts_at_the_same_time_one_of_them_killed_give_the_bytes_of_one_sweep(l
     assert (first.returncode, "stored part 1/2" in told) == (0, True), told
     again = run_json(*part, "2/2")
     assert again["skipped"] > 0 < again["completed"]
-    assert again["skipped"] + again["completed"] == again["planned"] == len(Part(2, 2).positions(600))
+    assert again["skipped"] + again["completed"] == again["planned"] == len(SweepPart(2, 2).positions(600))
     assert not (out / "long.h5").exists()
     run("collect", out, check=0)
     assert (out / "long.h5").read_bytes() == whole
@@ -89,7 +89,7 @@ def test_a_part_touches_nothing_of_the_others(out):
     failed = {plan.run_ids[position] for position in (0, 40)}
     for run_id in failed:
         write_failure(out, Failure(run_id, "error", "as if"))
-    summary = run_sweep(experiment, out, InProcessEngine(), retry_failed=True, part=Part(2, 2))
+    summary = run_sweep(experiment, out, InProcessEngine(), retry_failed=True, part=SweepPart(2, 2))
     assert (summary.planned, summary.completed, summary.stored) == (32, 32, 32)
     assert read_failures(out).keys() == {plan.run_ids[0]}
     assert leftover.exists()

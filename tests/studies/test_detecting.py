@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ndtr, ndtri
 
 from hydrofdi.detectors.rules import Rules
-from hydrofdi.evaluation.pod import Tally, interpolated_level
+from hydrofdi.evaluation.pod import HitCount, interpolated_level
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detecting import detect
@@ -121,7 +121,7 @@ def test_a_bound_says_whether_it_is_that_of_a_curve():
 
 
 def test_estimates_between_levels_follow_the_isotonic_estimate():
-    counted = Tally(np.array([0.1, 1.0]), np.array([10.0, 30.0]), np.array([40.0, 40.0]))
+    counted = HitCount(np.array([0.1, 1.0]), np.array([10.0, 30.0]), np.array([40.0, 40.0]))
     assert interpolated_level(counted, probability=0.5).severity == pytest.approx(0.1 * 10.0**0.5)
     assert interpolated_level(counted, probability=0.9).place == "above"
     assert interpolated_level(counted, probability=0.2).place == "below"

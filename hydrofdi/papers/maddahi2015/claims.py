@@ -115,7 +115,7 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
     normal = 0 if lack else moduli.index(runs.normal_bulk_modulus(data))
     planned = [(leaky[normal], *leaky[leaky != ABSENT]) for leaky in positions[0, 1:]]
     first = [next(row for row in rows if row != ABSENT) for rows in planned]
-    flows = tuple(runs.RunTable(data, np.array(first, dtype=int), ()).leakage_flows.tolist())
+    flows = tuple(runs.ReportedRuns(data, np.array(first, dtype=int), ()).leakage_flows.tolist())
     return ModeGrid(tuple(scenarios), flows, tuple(moduli), normal, positions, lack)
 
 
@@ -297,7 +297,7 @@ def alarms(delta: runs.Array) -> Mask:
     return alarm
 
 
-class Outcome(NamedTuple):
+class PhaseCount(NamedTuple):
     """In how many start phases something holds, of those that decide it.
 
     `number` decides it at the configured phase, or in the settled record [percentage points]; `values` at
@@ -351,19 +351,19 @@ class Standing:
         """Number of start phases that were measured."""
         return len(self.fixed)
 
-    def claim(self, claim: str, scenarios: Sequence[int]) -> Outcome:
+    def claim(self, claim: str, scenarios: Sequence[int]) -> PhaseCount:
         """How a claim stands; it holds if it does so in all of these scenarios."""
         margins = [self.margins[claim], *self.phase_margins[claim]]
         # The worst scenario decides; NaN, which min keeps, leaves the claim open.
         number, *values = [float(each[scenarios].min()) if len(scenarios) else math.nan for each in margins]
         held = sum(value > 0.0 for value in values)
-        return Outcome(self.title, claim, held, int(np.isfinite(values).sum()), number, tuple(values))
+        return PhaseCount(self.title, claim, held, int(np.isfinite(values).sum()), number, tuple(values))
 
-    def alarm(self, name: str, run: int) -> Outcome:
+    def alarm(self, name: str, run: int) -> PhaseCount:
         """Where the d3 rule alarms on a run, by δd3."""
         deltas, number = self.fixed[:, run], float(self.shown[run, D3])
         n_known, held = int(np.isfinite(deltas).all(axis=1).sum()), int(alarms(deltas).sum())
-        return Outcome(self.title, name, held, n_known, number, tuple(deltas[:, D3].tolist()))
+        return PhaseCount(self.title, name, held, n_known, number, tuple(deltas[:, D3].tolist()))
 
     def alarms(self, fixed: runs.Array) -> Mask:
         """Whether the d3 rule alarms on the sealed actuator at each β above the normal one.

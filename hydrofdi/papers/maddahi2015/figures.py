@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
-from hydrofdi.papers.maddahi2015.claims import ABSENT, CLAIMS, Outcome
+from hydrofdi.papers.maddahi2015.claims import ABSENT, CLAIMS, PhaseCount
 from hydrofdi.papers.maddahi2015.study import StudyData
 from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures import BLUE, GREEN, INK, ORANGE, series, time_axis
@@ -115,7 +115,7 @@ def draw_phases(study: StudyData) -> Figure:
     return figure
 
 
-def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
+def _draw_outcomes(axis: Any, outcomes: list[PhaseCount]) -> None:
     for title in dict.fromkeys(outcome.records for outcome in outcomes):
         color, mark, offset, label = _LOOKS[title]
         own = [outcome for outcome in outcomes if outcome.records == title]

@@ -23,7 +23,7 @@ from hydrofdi.report.document import (
     remarks_block,
 )
 from hydrofdi.report.indicators import indicators_block
-from hydrofdi.report.runs import Array, RunTable, joined
+from hydrofdi.report.runs import Array, ReportedRuns, joined
 from hydrofdi.settings.messages import convert, counted
 from hydrofdi.store import names
 from hydrofdi.tables.table import Table, plain
@@ -201,7 +201,7 @@ def alarm_verdicts(delta: Array) -> list[bool | None]:
     return [None if is_open else bool(is_alarm) for is_alarm, is_open in pairs]
 
 
-def alarm_records(sealed: RunTable, standings: Sequence[Standing]) -> list[dict[str, Any]]:
+def alarm_records(sealed: ReportedRuns, standings: Sequence[Standing]) -> list[dict[str, Any]]:
     """What the d3 rule says of each run without any leak, as configured, and settled."""
 
     def alarmed(standing: Standing) -> dict[str, Any]:
@@ -265,12 +265,12 @@ def table2_block(study: StudyReport) -> Block | None:
     )
 
 
-def deviations(table: RunTable, reference: ReferenceConfig) -> list[dict[str, Any]]:
+def deviations(table: ReportedRuns, reference: ReferenceConfig) -> list[dict[str, Any]]:
     """Every published value beside the computed one."""
     return [_deviation(table, cell, reference.tolerance) for cell in reference.cells]
 
 
-def _deviation(table: RunTable, cell: ReferenceCell, general: float) -> dict[str, Any]:
+def _deviation(table: ReportedRuns, cell: ReferenceCell, general: float) -> dict[str, Any]:
     level, is_delta, computed = int(cell.level[1:]) - 1, cell.delta is not None, math.nan
     rows = np.stack([table.leakage_flows, table[names.BULK_MODULUS]], axis=1)
     is_it = np.isclose(rows, (cell.leakage, cell.bulk_modulus), rtol=1e-6, atol=0.0).all(axis=1)

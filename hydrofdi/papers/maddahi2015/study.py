@@ -21,7 +21,7 @@ from hydrofdi.papers.maddahi2015.claims import (
     ClaimResult,
     Mask,
     ModeGrid,
-    Outcome,
+    PhaseCount,
     Standing,
     arrange_modes,
     leaks_out_more,
@@ -30,7 +30,7 @@ from hydrofdi.papers.maddahi2015.claims import (
 from hydrofdi.report.composition import Report
 from hydrofdi.report.document import Block
 from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
-from hydrofdi.report.runs import RunTable, joined, modulus_text, normal_bulk_modulus
+from hydrofdi.report.runs import ReportedRuns, joined, modulus_text, normal_bulk_modulus
 from hydrofdi.settings.messages import HOLE, counted
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
@@ -397,7 +397,7 @@ class StudyData(Report):
         return ScenarioStudy(self.data, self.grid, self.standings) if is_ensemble else None
 
     @cached_property
-    def _compared(self) -> RunTable:
+    def _compared(self) -> ReportedRuns:
         """The runs without further external leakage, by what else varies, leakage and EBM."""
         kept = self.table.of(~leaks_out_more(self.data)[self.table.positions])
         varied = tuple(name for name in kept.label_names if len(set(kept.values(name))) > 1)
@@ -406,7 +406,7 @@ class StudyData(Report):
         return kept.of(np.lexsort((kept[names.BULK_MODULUS], kept.leakage_requests, codes)))
 
     @cached_property
-    def sealed(self) -> RunTable:
+    def sealed(self) -> ReportedRuns:
         """The sealed runs above the normal EBM, which the d3 rule is tried on."""
         runs = self._compared
         is_raised = runs[names.BULK_MODULUS] > normal_bulk_modulus(self.data)
@@ -433,17 +433,17 @@ class StudyData(Report):
         return tuple(result for result in self.claims if result.claim.id in listed)
 
     @cached_property
-    def claim_outcomes(self) -> list[Outcome]:
+    def claim_outcomes(self) -> list[PhaseCount]:
         """How claims stand over the start phases, in each way to look at the records."""
         return [standing.claim(claim.id, self.looked_at) for standing in self.standings for claim in CLAIMS]
 
     @cached_property
-    def alarm_outcomes(self) -> list[Outcome]:
+    def alarm_outcomes(self) -> list[PhaseCount]:
         """How the alarms on the sealed actuator stand over the start phases."""
         return [outcome for standing in self.standings for outcome in sealed_outcomes(self.sealed, standing)]
 
 
-def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:
+def sealed_outcomes(sealed: ReportedRuns, standing: Standing) -> list[PhaseCount]:
     """Where the d3 rule alarms, by δd3, at each EBM and further parameters."""
     return [
         standing.alarm(", ".join(filter(None, [modulus_text(modulus), shown_values(labels)])), position)

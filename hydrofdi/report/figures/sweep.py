@@ -13,7 +13,7 @@ from matplotlib.patches import Rectangle
 
 from hydrofdi.config.runs import spread
 from hydrofdi.report.figures import BLUE, INK, log_axis
-from hydrofdi.report.responses import AGAINST, RANGES, Axis, Feature, ResponseStudy
+from hydrofdi.report.responses import AGAINST, RANGES, ResponseStudy, RunFeature, VariedParameter
 from hydrofdi.report.runs import Array, signed
 from hydrofdi.report.views import Plane
 from hydrofdi.settings.messages import number_text
@@ -64,7 +64,7 @@ def _largest(items: Sequence[Any], sizes: Sequence[float], most: int) -> list[An
     return [items[index] for index in order[:most]]
 
 
-def _draw_column(panels: Any, axis: Axis, shown: Sequence[str]) -> None:
+def _draw_column(panels: Any, axis: VariedParameter, shown: Sequence[str]) -> None:
     positions, labels = _places(axis)
     by_name = {one.feature.header: one for one in axis.responses}
     for panel, name in zip(panels, shown, strict=True):
@@ -79,7 +79,7 @@ def _draw_column(panels: Any, axis: Axis, shown: Sequence[str]) -> None:
         panels[0].set_title(fill(f"δ against {AGAINST[axis.against]}", 32), fontsize=8)
 
 
-def _places(axis: Axis) -> tuple[list[float], list[str]]:
+def _places(axis: VariedParameter) -> tuple[list[float], list[str]]:
     """Where the groups stand, and their names where they are words, or reach from nothing over decades."""
     count = [float(index) for index in range(len(axis.groups))]
     if axis.numbers is None:
@@ -104,7 +104,7 @@ def _mark_values(panel: Any, positions: Sequence[float], labels: Sequence[str]) 
         panel.xaxis.set_major_formatter("{x:g}")
 
 
-def _note(axes: Sequence[Axis], n_axis: int, n_feature: int, n_all: int) -> str:
+def _note(axes: Sequence[VariedParameter], n_axis: int, n_feature: int, n_all: int) -> str:
     note = f"Line: median of the runs with this value; band: {RANGES}"
     if len(axes) < n_axis:
         note += f". Shown are the {len(axes)} of {n_axis} parameters that move a feature most"
@@ -160,7 +160,7 @@ def _limit(changes: list[Array]) -> float:
     return next((limit for limit in _LIMITS if largest <= limit), _LIMITS[-1])
 
 
-def _draw(panel: Any, feature: Feature, matrix: Array, limit: float) -> Any:
+def _draw(panel: Any, feature: RunFeature, matrix: Array, limit: float) -> Any:
     colors = matplotlib.colormaps[_CHANGES if feature.is_change else _VALUES].with_extremes(bad=_MISSING)
     ends = {"vmin": -limit, "vmax": limit} if feature.is_change else {}
     image = panel.imshow(matrix, cmap=colors, aspect="auto", origin="lower", **ends)

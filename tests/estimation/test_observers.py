@@ -37,7 +37,7 @@ def law(leakage_time=0.3, compressibility_time=0.3, injection=INJECTION):
     """Quick ones, for short records."""
     drawn, volume = injection / NOMINAL, CYLINDER.volume_1
     gains = drawn * volume / (2 * 8e6 * leakage_time), drawn / (2 * volume * 20e6**2 * compressibility_time)
-    return observers.Law(1 / RATE, injection, *gains, 1e-10, 1e-8, 1e-6)
+    return observers.AdaptationLaw(1 / RATE, injection, *gains, 1e-10, 1e-8, 1e-6)
 
 
 def adapted(signals, chosen, unclear=False):

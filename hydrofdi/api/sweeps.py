@@ -77,7 +77,7 @@ def calibrate(
     experiment : path, mapping or ExperimentConfig, optional
         By default the nominal actuator.
     flows : str, float, or sequence of them
-        Mean leakage flows such as ``"0.12 L/min"``, or numbers in SI [m³/s].
+        Mean leakage flows such as ``0.12 L/min``, or numbers in SI [m³/s].
     **settings
         As in `hydrofdi.simulate`.
 

@@ -19,10 +19,12 @@ from hydrofdi.detectors.file import DetectorFile, Made
 from hydrofdi.detectors.lines import ChartReading, Line, WindowLine
 from hydrofdi.detectors.promise import consequence
 from hydrofdi.detectors.rules import OF_ONE, make_chart
+from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.records import RecordSource
 from hydrofdi.records.streams import Chunk, EvenStream, EventKind, Joining, State, Window
+from hydrofdi.settings.arguments import refusal
 from hydrofdi.version import __version__
 
 NUMBER = "judging.number"
@@ -56,6 +58,7 @@ class Detector:
         self._patience = PATIENCE * math.ceil(file.n_sample / file.n_every)
         chart = file.config.chart
         self._chart = None if chart is None else make_chart(chart.chart, chart.options)
+        self._keys = self.start().keys()
 
     @classmethod
     def fit(
@@ -104,6 +107,8 @@ class Detector:
         """
         from hydrofdi.detectors import limits, training
 
+        if not isinstance(config, DetectorConfig):
+            raise refusal("config", "a DetectorConfig (hydrofdi.train takes any data and settings)", config)
         known = None if fleet is None else fleet.file
         name = fleet.path.name if fleet and fleet.path else ""
         scored = training.healthy_scores(healthy, config, known, name)
@@ -158,6 +163,8 @@ class Detector:
         list of Verdict
             In order.
         """
+        if not all(isinstance(window, Window) for window in windows):
+            raise ConfigError("windows: expected windows of a stream ('judge' takes arrays and data frames)")
         file, sound = self.file, [window for window in windows if window.fault is None]
         judged: Iterator[verdicts.Verdict] = iter(())
         if sound:
@@ -184,7 +191,7 @@ class Detector:
 
     def resumed(self, state: State, *, may_repeat: bool = True) -> State:
         """A stored state that continues: samples that are sent again are dropped without a report."""
-        parts = _parts(state)
+        parts = self._parts(state)
         stream = self._stream.resumed(parts["stream"], may_repeat=may_repeat)
         joining = self._joining.start() if may_repeat else parts["joining"]
         return _flat({**parts, "joining": joining, "stream": stream})
@@ -206,19 +213,31 @@ class Detector:
         lines : list of WindowLine and Event
             A line for each window that ended, and for each event.
         """
-        parts = _parts(state)
+        if not isinstance(chunk, Chunk):
+            raise refusal("chunk", "one of hydrofdi.replay ('watch' takes arrays and data frames)", chunk)
+        parts = self._parts(state)
         parts["joining"], chunk = self._joining.step(parts["joining"], chunk)
         lines = [*self._follow(parts, chunk)]
         return _flat(parts), lines
 
     def end(self, state: State) -> tuple[State, list[Line]]:
         """The lines at the end of a stream: counts that were not reported, and ends of episodes."""
-        parts = _parts(state)
+        parts = self._parts(state)
         parts["joining"], rest = self._joining.step(parts["joining"], Chunk(np.empty(0), {}), is_end=True)
         lines = [*self._follow(parts, rest)]
         parts["defects"], sums = stream_lines.summed_up(parts["defects"])
         ends, parts["episodes"] = stream_lines.ended(parts["episodes"]), stream_lines.NO_EPISODES
         return _flat(parts), [*lines, *sums, *ends]
+
+    def _parts(self, state: State) -> dict[str, State]:
+        """A state part by part; refused if it is none of this detector."""
+        if not isinstance(state, Mapping) or state.keys() != self._keys:
+            raise ConfigError("state: is none of this detector; 'start' makes the first, 'step' the next")
+        parts: dict[str, dict[str, Any]] = {"chart": {}}
+        for key, array in state.items():
+            part, _, name = key.partition(".")
+            parts.setdefault(part, {})[name] = array
+        return dict[str, State](parts)
 
     def _follow(self, parts: dict[str, State], chunk: Chunk) -> Iterator[Line]:
         """Lines of joined samples. One that is news, or begins a minute, is stepped over by itself, so that
@@ -270,11 +289,3 @@ class Detector:
 
 def _flat(parts: Mapping[str, State]) -> State:
     return {f"{part}.{name}": array for part, state in parts.items() for name, array in state.items()}
-
-
-def _parts(state: State) -> dict[str, State]:
-    parts: dict[str, dict[str, Any]] = {"chart": {}}
-    for key, array in state.items():
-        part, _, name = key.partition(".")
-        parts.setdefault(part, {})[name] = array
-    return dict[str, State](parts)

@@ -84,3 +84,17 @@ def test_the_examples_of_docstrings_and_of_the_page_run(name, tmp_path, monkeypa
         outcome = doctest.testmod(import_module(name), optionflags=doctest.ELLIPSIS)
     assert outcome.attempted > 5 * name.endswith(".md")
     assert outcome.failed == 0
+
+
+def test_a_state_or_a_chunk_of_another_kind_is_refused(trained, samples):
+    detector = hydrofdi.Detector.load(trained)
+    chunk = next(hydrofdi.replay(samples, sampling_frequency=FREQUENCY))
+    for call in (
+        lambda: detector.step(detector.start(), samples),
+        lambda: detector.step({}, chunk),
+        lambda: detector.end(None),
+        lambda: detector.score(samples),
+        lambda: hydrofdi.Detector.fit(samples, CONFIG),
+    ):
+        with pytest.raises(hydrofdi.HydrofdiError):
+            call()

@@ -55,7 +55,7 @@ class Evaluation(Answer):
         judgements = [judgement for judgement in self.detection.judgements if judgement.levels]
         known = [judgement.stands_clear for judgement in judgements if judgement.stands_clear is not None]
         n_not, n_score = known.count(False), len(known)
-        if not judgements:
+        if not judgements and self.detection.judgements:
             return "no record is labelled faulty, so no detection can be stated"
         if not n_score and not any(judgement.healthy_pairs for judgement in self.detection.judgements):
             return ""
@@ -77,8 +77,8 @@ class Evaluation(Answer):
 
     @property
     def best(self) -> str:
-        """Name of the best score; empty if no indicator gave a number."""
-        return next((judgement.name for judgement in self.detection.judgements), "")
+        """Name of the best score; empty if none was tested on faulty records."""
+        return next((judgement.name for judgement in self.detection.judgements if judgement.levels), "")
 
     @cached_property
     def table(self) -> Table:

@@ -125,10 +125,11 @@ def _draw_rows(
         style = {**mark, "markersize": 5.5, "linestyle": "none"}
         if estimate is not None and estimate.place == "within":
             axis.plot(unit.value(estimate.severity), row, **style, markerfacecolor=PAPER)
-        if bound is not None:
-            arrow = {"below": r"$\leftarrow$", "above": r"$\rightarrow$"}.get(bound.place)
+            estimate = None
+        if (end := bound or estimate) is not None:
+            arrow = {"below": r"$\leftarrow$", "above": r"$\rightarrow$"}.get(end.place)
             style |= {"marker": arrow, "markersize": 11} if arrow else {}
-            axis.plot(_reached(bound, unit), row, **style)
+            axis.plot(_reached(end, unit), row, **style)
     log_axis(axis.xaxis)
     row_axis(axis, labels)
     share = f"{100.0 * detection.rules.probability:g} %"

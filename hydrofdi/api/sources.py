@@ -15,7 +15,6 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.columns import split_title
 from hydrofdi.records.memory import held, known_text, records_of
 from hydrofdi.records.source import HeldSource, MeasuredSource, measured_source, plain_source
 from hydrofdi.settings.arguments import Names, Texts, path_of, positive_of, refusal
@@ -95,8 +94,7 @@ def _source(data: Any, number: int | None, channels: Collection[Channel], said: 
     table = held(data, number)
     records = records_of(table, said.frequency, said.channel, said.unit)
     if not records.config.channels.keys() & set(channels):
-        names = (split_title(title)[0] for n, title in enumerate(table.titles) if n != table.time)
-        found = ", ".join(map(repr, names))
+        found = ", ".join(records.config.channels)
         raise DataError(f"{table.place}: has no {' and no '.join(sorted(channels))}; found {found}")
     return records
 

@@ -132,8 +132,8 @@ class ParameterTable:
             yield "{" + ",".join(filter(None, parts)) + "}"
 
 
-NO_RUN = -1
-"""Stands for a run that does not exist, and for a calibration that a run does not need."""
+NO_ROW = -1
+"""Stands for the row of a run that does not exist, or of a calibration that a run does not need."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ def _analysis_text(sections: str, choice: IndicatorChoice) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Runs(ParameterTable, Sequence[RunSpec]):
-    """Runs in their order, made on demand; `calibration_of` is the row of `calibrations` or ``NO_RUN``."""
+    """Runs in their order, made on demand; `calibration_of` is the row of `calibrations` or ``NO_ROW``."""
 
     calibrations: ParameterTable
     calibration_of: NDArray[np.intp]
@@ -188,7 +188,7 @@ class Runs(ParameterTable, Sequence[RunSpec]):
         if not -len(self) <= index < len(self):
             raise IndexError(index)
         row = self.calibration_of[index]
-        return RunSpec(self.request(index), None if row == NO_RUN else self._conditions(row), self.choice)
+        return RunSpec(self.request(index), None if row == NO_ROW else self._conditions(row), self.choice)
 
     def at(self, rows: Any) -> Runs:
         """Some of the runs."""
@@ -205,7 +205,7 @@ class Runs(ParameterTable, Sequence[RunSpec]):
 
     def solutions(self) -> dict[str, int]:
         """How often K_i is solved: leakage ``flows``, other ``conditions``, and the ``total`` of both."""
-        needed = np.unique(self.calibration_of[self.calibration_of != NO_RUN])
+        needed = np.unique(self.calibration_of[self.calibration_of != NO_ROW])
         solved = self.calibrations.at(needed)
         others = [name for name in RECORD_SECTIONS if name != "leakage"]
         return {
@@ -336,7 +336,7 @@ def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
     if n_run < points.n_point:
         message = f"draws {counted(points.n_point - n_run, 'record')} twice; let more of them vary"
         raise ConfigError([Issue(message, "study.population")])
-    none = np.full(n_run, NO_RUN)
+    none = np.full(n_run, NO_ROW)
     return RunTable(expansion.runs(rows), _axes(points), n_run, none, none, table)
 
 
@@ -410,7 +410,7 @@ class Expansion:
 
     def runs(self, numbers: Numbers) -> Runs:
         """The runs of rows, and the conditions under which their leakage flows are solved."""
-        calibration_of = np.full(len(numbers), NO_RUN, dtype=np.intp)
+        calibration_of = np.full(len(numbers), NO_ROW, dtype=np.intp)
         needed = np.flatnonzero(self._needs_solution(numbers))
         choices, made = self._table.choices, self._table.made
         kept = [name for name in choices if name.partition(".")[0] not in OBSERVATION]

@@ -13,7 +13,7 @@ import numpy as np
 
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import parameter_names
-from hydrofdi.config.runs import NO_RUN, record_identity
+from hydrofdi.config.runs import NO_ROW, record_identity
 from hydrofdi.config.study import StudyTable
 from hydrofdi.config.values import ParameterAnswer, shown_options
 from hydrofdi.errors import StoreError
@@ -211,7 +211,7 @@ def explained(directory: Path, run: str | int) -> Explanation:
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     compared = plan.table.fixed_baseline[position]
-    baseline = plan.experiment.nominal_parameters if compared == NO_RUN else plan.table.runs[compared].request
+    baseline = plan.experiment.nominal_parameters if compared == NO_ROW else plan.table.runs[compared].request
     stored, failure = plan.index.runs.get(run_id), plan.failures.get(run_id)
     held = _held(stored) if stored is not None else {}
     message, verdict = str(held.get(MESSAGE, "")), str(held.get(VERDICT, ""))
@@ -240,7 +240,7 @@ def explained(directory: Path, run: str | int) -> Explanation:
         verdict=verdict,
         doubts={doubt.word: _doubt(doubt, held) for doubt in doubts_of(verdict)},
         remedy=REMEDIES.get(status, ""),
-        is_baseline=bool(compared != NO_RUN) and plan.run_ids[compared] == run_id,
+        is_baseline=bool(compared != NO_ROW) and plan.run_ids[compared] == run_id,
         units=plan.experiment.units,
     )
 

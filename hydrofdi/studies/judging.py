@@ -222,9 +222,9 @@ class TestedLevels:
         The probability of detection there is at least the mean of the level, so detectable severities are not
         too small.
         """
-        rates = [level.detected(self.threshold, 0.95) for level in self.levels]
+        detected = [level.detected(self.threshold, 0.95) for level in self.levels]
         hits, total = (
-            np.array([getattr(rate, name) for rate in rates], float) for name in ("count", "total")
+            np.array([getattr(rate, name) for rate in detected], float) for name in ("count", "total")
         )
         largest = [level.severity.max() for level in self.levels]
         return pod.HitCount(np.maximum.accumulate(largest), hits, total)
@@ -302,9 +302,9 @@ class TestedLevels:
 
     def bound_of_levels(self, probability: float, confidence: float) -> pod.DetectableSeverity:
         """Last level whose one-sided limit of the detection rate meets a probability."""
-        rates = [level.detected(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
-        shown = np.array([comparable(rate.low) >= comparable(probability) for rate in rates])
-        n_group, needed = rates[-1].n_group, records_needed(1.0 - probability, confidence)
+        detected = [level.detected(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
+        shown = np.array([comparable(rate.low) >= comparable(probability) for rate in detected])
+        n_group, needed = detected[-1].n_group, records_needed(1.0 - probability, confidence)
         if n_group is not None and n_group < needed and not shown[-1]:
             raise NotStatedError(
                 f"{quantile_name(probability, confidence)} needs {needed} groups of faulty records that"

@@ -315,6 +315,11 @@ class ChartJudgement:
             return False
         return True if tested.duration >= time_needed(self.false_alarm_every, tested.confidence) else None
 
+    @property
+    def kept(self) -> list[bool | None]:
+        """`keeps` of each population without the fault."""
+        return [self.keeps(each.found) for each in self.outcomes if isinstance(each.found, AlarmLimit)]
+
 
 @dataclass(frozen=True, eq=False)
 class Detection:

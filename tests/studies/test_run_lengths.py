@@ -10,7 +10,7 @@ from scipy.special import ndtri
 from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.report.detection.sections import run_lengths_block
+from hydrofdi.report.detection.sections import answer_block, run_lengths_block
 from hydrofdi.studies.detecting import Traces, judge_chart
 from hydrofdi.studies.records import Detection
 from tests.commands import run, run_json
@@ -129,6 +129,10 @@ def test_too_little_time_is_no_verdict_without_many_alarms_and_no_limit():
     values[few.records.rows(TEST)] *= 3.0
     (found,) = judged(replace(few, values=values))
     assert found.keeps(found.outcomes[0].found) is False
+    shown = [Detection(few.records, (), Rules(), charts=(each,)) for each in (short, found)]
+    first, second = (str(answer_block(each, is_complete=True, without_noise=())) for each in shown)
+    assert "1 of 1 tests of their limits" in second
+    assert "tests of their limits" not in first
 
 
 def test_too_few_records_of_a_shift_concern_this_shift_alone():

@@ -252,12 +252,11 @@ def _chart_outcome(
     """False alarms of a population, or delays of its leaks."""
     unit, asked, found = wording.severity_unit(detection), detection.rules, outcome.found
     if isinstance(found, AlarmLimit):
-        keeps = chart.keeps(found)
         return {
             "alarms": found.n_alarm,
             "hours": convert(found.duration, "h"),
             **_times("between_alarms", "h", found.mean_time, found.low, found.high),
-            "keeps_false_alarm_rate": None if keeps is None else int(keeps),
+            "keeps_false_alarm_rate": chart.keeps(found),
         }
     median, late = (found.quantile(share, confidence=asked.confidence) for share in (0.5, asked.probability))
     return {

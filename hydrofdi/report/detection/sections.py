@@ -90,6 +90,9 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
     n_open = sum(judgement.keeps_its_rate is None for judgement in judgements)
     undecided = f"; {n_open} are undecided, as too few records test them" if n_open else ""
     yield f"{n_kept} of {counted(len(judgements), 'score')} kept to the false-alarm rate{undecided}."
+    tests = [kept for chart in detection.charts for kept in chart.kept]
+    if n_broken := tests.count(False):
+        yield f"Charts raise more false alarms than set in {n_broken} of {len(tests)} tests of their limits."
     of_all = judgements[0].smallest.get("q90_95_of_all") if judgements else None
     if of_all is not None and len(judgements) > 1 and judgements[0].keeps_its_rate:
         unit = wording.severity_unit(detection)

@@ -139,6 +139,10 @@ def without_contents(data: Any) -> Any:
     return data
 
 
+PERIODIC = ("square", "sine")
+"""Shapes that repeat themselves after a period."""
+
+
 class InputConfig(Section):
     """Open-loop drive voltage."""
 
@@ -185,7 +189,7 @@ class InputConfig(Section):
     @property
     def is_periodic(self) -> bool:
         """Whether the voltage repeats itself after a period."""
-        return self.shape in {"square", "sine"}
+        return self.shape in PERIODIC
 
 
 class ControlConfig(Section):

@@ -211,14 +211,22 @@ class ReferenceConfig(Section):
     """The published numbers."""
 
 
-SIGNALS = (
-    "input_voltage", "reference_position", "load_force", "spool_position", "piston_position",
-    "piston_velocity", "chamber_1_pressure", "chamber_2_pressure", "valve_supply_pressure",
-    "oil_temperature", "internal_leakage_flow",
-)  # fmt: skip
-"""Signals of a run, in the order of a file."""
+SIGNALS = {
+    "input_voltage": ("V", "valve input voltage u"),
+    "reference_position": ("m", "position reference of the controller"),
+    "load_force": ("N", "load force against positive motion, F_L"),
+    "spool_position": ("m", "valve spool position x_v"),
+    "piston_position": ("m", "piston position x_p"),
+    "piston_velocity": ("m/s", "piston velocity v_p"),
+    "chamber_1_pressure": ("Pa", "pressure of chamber 1, P_1"),
+    "chamber_2_pressure": ("Pa", "pressure of chamber 2, P_2"),
+    "valve_supply_pressure": ("Pa", "supply pressure at the valve, P_s"),
+    "oil_temperature": ("K", "temperature of the oil"),
+    "internal_leakage_flow": ("m^3/s", "leakage flow from chamber 1 to 2, q_il"),
+}
+"""Signal of a run → its unit and long name, in the order of a file."""
 
-NAMED = {"all": SIGNALS, "pressures": ("chamber_1_pressure", "chamber_2_pressure"), "none": ()}
+NAMED = {"all": (*SIGNALS,), "pressures": ("chamber_1_pressure", "chamber_2_pressure"), "none": ()}
 """Word for some of them → their names."""
 
 
@@ -230,7 +238,7 @@ def _as_text(given: Any) -> str:
     if not is_list or (unknown and isinstance(given, str)):
         raise ValueError(f"must be 'all', 'pressures', 'none' or a list of signals; found {given!r}")
     if unknown:
-        raise ValueError(f"there is no signal {unknown[0]!r}{nearest(str(unknown[0]), SIGNALS)}")
+        raise ValueError(f"there is no signal {unknown[0]!r}{nearest(str(unknown[0]), [*SIGNALS])}")
     kept = tuple(name for name in SIGNALS if name in names)
     return next((word for word, meant in NAMED.items() if meant == kept), ",".join(kept))
 

@@ -124,6 +124,11 @@ class RunParameters(Section):
         return self.input.is_periodic and not self.load.random_force
 
     @property
+    def drive_period(self) -> float | None:
+        """Period of all that acts on the actuator [s]; None if there is none."""
+        return self.input.period if self.is_periodic else None
+
+    @property
     def samples_per_period(self) -> int | None:
         """Samples of a period of all that acts on the actuator; None if there is none, or no whole number."""
         samples = self.input.period * self.record.sampling_frequency

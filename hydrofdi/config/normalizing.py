@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from hydrofdi.config import plant
 from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.plant import PARAMETERS, PlantConfig, declare, is_foreign, named_model, with_digest
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
-from hydrofdi.config.values import LAWS, argument_values, require_law
+from hydrofdi.config.values import LAWS, argument_values, is_number, require_law
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import Source, scalar
@@ -76,39 +76,39 @@ def _normalize_plant(source: Source) -> None:
     section = source.data.get("plant")
     if not isinstance(section, dict) or not isinstance(section.get("fmu"), str):
         return
-    for key in [key for key in section if key not in PlantConfig.model_fields]:
+    for key in [key for key in section if key not in plant.PlantConfig.model_fields]:
         for inner, value in _leaves(section.pop(key), (str(key),)):
             source.move(("plant", key, *inner[1:]), ("plant", ".".join(inner)))
             section[".".join(inner)] = value
     try:
-        section["fmu"] = with_digest(section["fmu"])
-        model = named_model(section["fmu"])
+        section["fmu"] = plant.with_digest(section["fmu"])
+        model = plant.named_model(section["fmu"])
     except ConfigError as error:
         source.report(("plant", "fmu"), str(error))
         raise ConfigError(source.mistakes) from None  # nothing else of the plant can be judged
     if model is not None:
-        declare(model)
-    for key in [key for key in section if key not in PlantConfig.model_fields]:
+        plant.declare(model)
+    for key in [key for key in section if key not in plant.PlantConfig.model_fields]:
         n_mistake, value = len(source.mistakes), section.pop(key)
         value = parameter_value(source, ("plant", key), f"plant.{key}", value)
         if len(source.mistakes) == n_mistake:  # else validation of the model would report it again
             section[key] = value
-    varied = {key for key in _keys({**source.data, "plant": {}}) if is_foreign(key)}
-    for name in sorted(varied & PARAMETERS.keys()):
-        if PARAMETERS[name].start is not None:
-            section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
+    varied = {key for key in _keys({**source.data, "plant": {}}) if plant.is_foreign(key)}
+    for name in sorted(varied):
+        if (start := plant.foreign_start(name)) is not None:
+            section.setdefault(name.partition(".")[2], start)
     _keep_own_leak(source, section)
-    stated = ((key, parameter_unit(f"plant.{key}")) for key in section if is_foreign(f"plant.{key}"))
+    stated = ((key, parameter_unit(f"plant.{key}")) for key in section if plant.is_foreign(f"plant.{key}"))
     section["units"] = {key: unit for key, unit in stated if unit}
 
 
 def _keep_own_leak(source: Source, section: dict[str, Any]) -> None:
     """A leak that the FMU has by itself is that of the experiment, unless it states one."""
     leakage, stated = section.get("leakage"), source.data.setdefault("leakage", {})
-    own = PARAMETERS.get(f"plant.{leakage.get('coefficient')}") if isinstance(leakage, dict) else None
+    own = plant.foreign_start(f"plant.{leakage.get('coefficient')}") if isinstance(leakage, dict) else None
     forms = {name.partition(".")[2] for name in INTERNAL_LEAKAGE_FORMS}
-    if own and own.start and isinstance(stated, dict) and not stated.keys() & forms:
-        stated["internal_coefficient"] = own.start
+    if own and isinstance(stated, dict) and not stated.keys() & forms:
+        stated["internal_coefficient"] = own
 
 
 def _leaves(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -141,9 +141,10 @@ def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
             source.mistakes.append(unknown)
         return value
     with _reported(source, path):
-        other = PARAMETERS[name].other_unit if is_foreign(name) and name in PARAMETERS else ""
-        if other and isinstance(value, int | float) and not isinstance(value, bool):
-            raise ValueError(f"{value:g} has no unit; write '{value:g} {other}', as in the FMU, or one of SI")
+        own = plant.PARAMETERS.get(name)
+        if own and (own.factor, own.offset) != (1.0, 0.0) and is_number(value):
+            example = f"'{value:g} {own.unit}', as in the FMU"
+            raise ValueError(f"{value:g} has no unit; write {example}, or one of SI")
         return validate_parameter(name, value)
     return value
 
@@ -179,8 +180,8 @@ def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
 def nominal_value(source: Source, name: str) -> Any:
     """The nominal value of a parameter in SI: the given one, else the default; None if it is invalid."""
     if (given := _given(source, name)) is None:
-        if is_foreign(name):
-            return PARAMETERS[name].start if name in PARAMETERS else None
+        if plant.is_foreign(name):
+            return plant.foreign_start(name)
         section, field = name.split(".")
         return getattr(RunRequest.model_fields[section].default, field)
     with suppress(ValidationError):  # validation of the model reports it
@@ -205,8 +206,7 @@ def _arguments(source: Source, path: Path, name: str, roles: tuple[str, ...], st
         _argument(source, (*path, index), name, role, value)
         for index, (role, value) in enumerate(zip(roles or [""] * len(stated), stated, strict=True))
     ]
-    are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-    if not roles or are_numbers:
+    if not roles or all(map(is_number, values)):
         return values
     if len(source.mistakes) == n_mistake and name in parameter_names():
         source.report(path, "its ends must be numbers")

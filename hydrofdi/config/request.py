@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from hydrofdi.config import drive, machine, observation
 from hydrofdi.config.observation import AnalysisConfig
-from hydrofdi.config.plant import PARAMETERS, PlantConfig, foreign_value, is_foreign, require_plant_fits
+from hydrofdi.config.plant import PlantConfig, foreign_quantity, foreign_value, is_foreign, require_plant_fits
 from hydrofdi.physics.cylinder import pressure_force
 from hydrofdi.physics.hydraulic_mode import rest_pressures
 from hydrofdi.settings.messages import nearest
@@ -177,13 +177,9 @@ class RunParameters(Section):
     @property
     def largest_opening_at_rest(self) -> float:
         """How far an edge stands open while the spool is at its zero, at most [m]."""
-        worn, null = 0.5 * self.valve.edge_rounding, self.valve.largest_null(self.record.duration)
-        return worn + null + self.edges.largest_underlap
-
-    @property
-    def has_unequal_edges(self) -> bool:
-        """Whether a metering edge differs from the others."""
-        return not all(self.__dict__[name].is_default for name in EDGES)
+        valve, underlap = self.valve, max(0.0, *(-edge.lap for edge in self.edges))
+        null = max(abs(valve.null_offset), abs(valve.null_offset + valve.null_drift * self.record.duration))
+        return 0.5 * valve.edge_rounding + null + underlap
 
     @property
     def reads_at_valve(self) -> bool:
@@ -354,7 +350,7 @@ def parameter_unit(name: str) -> str | None:
 def parameter_quantity(name: str) -> SI | None:
     """Unit and limits of a dotted name; None if it is not a quantity."""
     if is_foreign(name):
-        return PARAMETERS[name].quantity if name in PARAMETERS else None
+        return foreign_quantity(name)
     return field_quantity(_field(name))
 
 

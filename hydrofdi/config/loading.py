@@ -31,6 +31,7 @@ from hydrofdi.settings.files import (
     plain,
     read_extended,
     validated,
+    yaml_text,
 )
 from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.transforms import WaveletConfig
@@ -200,8 +201,6 @@ def stored_experiment(text: str, place: str) -> ExperimentConfig:
 
 def text_of_settings(settings: Sequence[str], extends: str) -> str:
     """The text of an experiment file with what settings say, on top of another one."""
-    import yaml
-
     source = Source({})
     for text in settings:
         _apply_setting(source, text)
@@ -210,7 +209,7 @@ def text_of_settings(settings: Sequence[str], extends: str) -> str:
     data = ({"extends": extends} if extends else {}) | source.data
     data.pop("units", None)  # written with the values
     first = {key: data.pop(key) for key in ("extends", "name") if key in data}
-    return yaml.safe_dump(first | data, sort_keys=False, allow_unicode=True)
+    return yaml_text(first | data)
 
 
 def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:

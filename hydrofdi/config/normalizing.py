@@ -48,6 +48,9 @@ _ARGUMENTS_ABOUT = {
 }
 """Distribution → its arguments from the nominal value and the width after ``±``."""
 
+_NOTHING: dict[str, list[Any]] = {"uniform": []}
+"""In place of what is invalid, so that validation of the model does not report it again."""
+
 _SEEDS = [0, 2**31 - 1]
 
 
@@ -76,10 +79,6 @@ def _normalize_plant(source: Source) -> None:
     section = source.data.get("plant")
     if not isinstance(section, dict) or not isinstance(section.get("fmu"), str):
         return
-    for key in [key for key in section if key not in plant.PlantConfig.model_fields]:
-        for inner, value in _leaves(section.pop(key), (str(key),)):
-            source.move(("plant", key, *inner[1:]), ("plant", ".".join(inner)))
-            section[".".join(inner)] = value
     try:
         section["fmu"] = plant.with_digest(section["fmu"])
         model = plant.named_model(section["fmu"])
@@ -88,8 +87,10 @@ def _normalize_plant(source: Source) -> None:
         raise ConfigError(source.mistakes) from None  # nothing else of the plant can be judged
     if model is not None:
         plant.declare(model)
-    for key in [key for key in section if key not in plant.PlantConfig.model_fields]:
-        n_mistake, value = len(source.mistakes), section.pop(key)
+    own = {key: section.pop(key) for key in [*section] if key not in plant.PlantConfig.model_fields}
+    for keys, value in _leaves(own):
+        n_mistake, key = len(source.mistakes), ".".join(keys)
+        source.move(("plant", *keys), ("plant", key))
         value = parameter_value(source, ("plant", key), f"plant.{key}", value)
         if len(source.mistakes) == n_mistake:  # else validation of the model would report it again
             section[key] = value
@@ -111,7 +112,7 @@ def _keep_own_leak(source: Source, section: dict[str, Any]) -> None:
         stated["internal_coefficient"] = own
 
 
-def _leaves(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+def _leaves(value: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Values of nested mappings, with their keys."""
     if not isinstance(value, dict):
         yield path, value
@@ -129,17 +130,17 @@ def _convert(source: Source, section: Any, path: Path, in_si: Conversion) -> lis
     mapping = section.get(path[-1]) if isinstance(section, dict) else None
     if not isinstance(mapping, dict):
         return []
-    section[path[-1]] = {name: in_si(source, (*path, name), name, value) for name, value in mapping.items()}
+    for name, value in mapping.items():
+        if name in parameter_names():
+            mapping[name] = in_si(source, (*path, name), name, value)
+        else:
+            source.report((*path, name), f"no parameter {name!r}{meant(name)}")
+            mapping[name] = [] if in_si is axis_in_si else _NOTHING
     return list(mapping)
 
 
 def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
     """A parameter value in SI; if it is invalid, the value unchanged, and the source gets a mistake."""
-    if name not in parameter_names():
-        unknown = source.mistake(path[: path.index(name) + 1], f"no parameter {name!r}{meant(name)}")
-        if not any(mistake.message == unknown.message for mistake in source.mistakes):
-            source.mistakes.append(unknown)
-        return value
     with _reported(source, path):
         own = plant.PARAMETERS.get(name)
         if own and (own.factor, own.offset) != (1.0, 0.0) and is_number(value):
@@ -165,8 +166,7 @@ def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
     """A distribution, or a value; ``+25 %`` and ``−25 %`` are relative to the nominal value."""
     if isinstance(value, Mapping):
         return distribution_in_si(source, path, name, value)
-    is_relative = isinstance(value, str) and bool(re.fullmatch(r"\s*[-+−].*%\s*", value))
-    if not is_relative or name not in parameter_names():
+    if not (isinstance(value, str) and re.fullmatch(r"\s*[-+−].*%\s*", value)):
         return parameter_value(source, path, name, value)
     nominal = nominal_value(source, name)
     with _reported(source, path):
@@ -208,7 +208,7 @@ def _arguments(source: Source, path: Path, name: str, roles: tuple[str, ...], st
     ]
     if not roles or all(map(is_number, values)):
         return values
-    if len(source.mistakes) == n_mistake and name in parameter_names():
+    if len(source.mistakes) == n_mistake:
         source.report(path, "its ends must be numbers")
     return []
 
@@ -227,8 +227,7 @@ def _argument(source: Source, path: Path, name: str, role: str, value: Any) -> A
 
 
 def _difference(name: str, value: Any) -> float:
-    unit = parameter_unit(name) if name in parameter_names() else None
-    number = SI(unit or "1").parse(value)
+    number = SI((parameter_unit(name) if name else None) or "1").parse(value)
     if not math.isfinite(number):
         raise ValueError(f"must be a finite number; found {value}")
     return number
@@ -236,15 +235,14 @@ def _difference(name: str, value: Any) -> float:
 
 def distribution_in_si(source: Source, path: Path, name: str, stated: Any) -> Any:
     """A distribution with its arguments in SI; if invalid, an empty one, and the source gets a mistake."""
-    nothing: dict[str, list[Any]] = {"uniform": []}  # validation of the model does not report it again
     if not isinstance(stated, dict) or len(stated) != 1:
         source.report(path, f"expected one of {', '.join(_DISTRIBUTIONS)}, such as {{uniform: […]}}")
-        return nothing
+        return _NOTHING
     ((kind, arguments),) = stated.items()
     path = (*path, kind)
     if kind not in _DISTRIBUTIONS:
         source.report(path, f"is unknown{nearest(kind, list(_DISTRIBUTIONS))}")
-        return nothing
+        return _NOTHING
     if isinstance(arguments, str) and (about := _ABOUT.fullmatch(arguments)):
         values = _about_nominal(source, path, name, kind, about[1])
     else:
@@ -252,15 +250,12 @@ def distribution_in_si(source: Source, path: Path, name: str, stated: Any) -> An
     with _reported(source, path):
         if values and kind in LAWS:
             require_law(name, kind, values)
-        return {kind: values} if values else nothing
-    return nothing
+        return {kind: values} if values else _NOTHING
+    return _NOTHING
 
 
 def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str) -> list[float]:
     """The arguments of a distribution about the nominal value of its parameter."""
-    if name not in parameter_names():
-        parameter_value(source, path, name, None)
-        return []
     nominal = nominal_value(source, name)
     if nominal is None and _given(source, name) is not None:  # validation of the model reports it
         return []
@@ -279,9 +274,6 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
 
 def axis_in_si(source: Source, path: Path, name: str, stated: Any) -> list[Any]:
     """An axis as a list of values in SI."""
-    if name not in parameter_names():
-        parameter_value(source, path, name, stated)
-        return []
     if isinstance(stated, str) and (ends := _ends_of_text(stated)):
         stated = ends
     if isinstance(stated, dict):
@@ -335,12 +327,11 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
 
 
 def _range(kind: str, first: float, last: float, third: float) -> list[float]:
-    if kind == "linspace":
-        return [float(value) for value in np.linspace(first, last, int(third))]
-    if kind in ("logspace", "geomspace"):
-        if first <= 0.0 or last <= 0.0:
-            raise ValueError(f"{kind} needs ends above zero")
-        return [float(value) for value in np.geomspace(first, last, int(third))]
+    if kind in ("logspace", "geomspace") and min(first, last) <= 0.0:
+        raise ValueError(f"{kind} needs ends above zero")
+    if _GENERATORS[kind][2] == "count":
+        space = np.linspace if kind == "linspace" else np.geomspace
+        return [*map(float, space(first, last, int(third)))]
     steps = (last - first) / third if third else 0.0
     count = math.ceil(steps - 1e-9) if kind == "arange" else math.floor(steps + 1e-9) + 1
     if not third or not 1 <= count <= _MOST_VALUES:
@@ -408,16 +399,7 @@ def _normalize_faults(source: Source, faults: Any) -> None:
         for name in [name for name in faults if "." in name]:
             over[name] = faults.pop(name)
             source.move((*path, name), (*path, "over", name))
-    _convert(source, faults, (*path, "over"), _levels)
-
-
-def _levels(source: Source, path: Path, name: str, stated: Any) -> list[float]:
-    """The levels that are numbers; each of the others is a mistake of the source."""
-    levels = axis_in_si(source, path, name, stated)
-    for index, level in enumerate(levels):
-        if level is None:
-            source.report((*path, index), "a level is a number with a unit, not null")
-    return [level for level in levels if isinstance(level, float)]
+    _convert(source, faults, (*path, "over"), axis_in_si)
 
 
 def _draw_per_record(source: Source, per_record: dict[str, Any], over: Any) -> None:

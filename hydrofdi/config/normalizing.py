@@ -15,6 +15,7 @@ from hydrofdi.config import plant
 from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
+from hydrofdi.config.sweep import ENDS, GENERATORS
 from hydrofdi.config.values import LAWS, argument_values, is_number, require_law
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.files import Keys as Path
@@ -24,12 +25,6 @@ from hydrofdi.settings.quantities import SI
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
-_GENERATORS = {
-    **dict.fromkeys(("linspace", "logspace", "geomspace"), ("first", "last", "count")),
-    **dict.fromkeys(("arange", "steps"), ("first", "last", "step")),
-}
-_ENDS = {"from": "first", "start": "first", "to": "last", "stop": "last", "num": "count", "step": "step"}
-"""Key of an axis that is a mapping → its role."""
 _AXIS = (
     "an axis is a list of values, {from, to, num}, {from, to, step}, {linspace: [first, last, count]} (or"
     " logspace, geomspace), {arange: [first, last, step]}, or a text such as '551 MPa:827 MPa:3'"
@@ -304,18 +299,18 @@ def _ends_of_text(text: str) -> dict[str, Any]:
 
 
 def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) -> list[Any]:
-    roles = {_ENDS[key]: value for key, value in stated.items() if key in _ENDS}
+    roles = {ENDS[key]: value for key, value in stated.items() if key in ENDS}
     if len(roles) == len(stated) == 3 and roles.keys() >= {"first", "last"}:
         kind = "linspace" if "count" in roles else "steps"
         stated = {kind: [roles.pop("first"), roles.pop("last"), *roles.values()]}
-    if len(stated) != 1 or not stated.keys() <= _GENERATORS.keys():
-        known = [*_ENDS, *_GENERATORS]
+    if len(stated) != 1 or not stated.keys() <= GENERATORS.keys():
+        known = [*ENDS, *GENERATORS]
         meant = "".join(similar(key, known) for key in stated if key not in known)
         source.report(path, f"{_AXIS}; found {brief(stated)}{meant}")
         return []
     ((kind, arguments),) = stated.items()
     path = (*path, kind)
-    ends = _arguments(source, path, name, _GENERATORS[kind], arguments)
+    ends = _arguments(source, path, name, GENERATORS[kind], arguments)
     with _reported(source, path):
         values = _range(kind, *ends) if ends else []
         are_whole = bool(ends) and isinstance(ends[0], int)
@@ -329,7 +324,7 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
 def _range(kind: str, first: float, last: float, third: float) -> list[float]:
     if kind in ("logspace", "geomspace") and min(first, last) <= 0.0:
         raise ValueError(f"{kind} needs ends above zero")
-    if _GENERATORS[kind][2] == "count":
+    if GENERATORS[kind][2] == "count":
         space = np.linspace if kind == "linspace" else np.geomspace
         return [*map(float, space(first, last, int(third)))]
     steps = (last - first) / third if third else 0.0

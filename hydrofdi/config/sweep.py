@@ -165,33 +165,32 @@ class SampleConfig(Section):
 
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "boolean"}]}
 
+GENERATORS = {
+    **dict.fromkeys(("linspace", "logspace", "geomspace"), ("first", "last", "count")),
+    **dict.fromkeys(("arange", "steps"), ("first", "last", "step")),
+}
+"""Kind of an axis → the roles of its three numbers; ``steps`` is what ``first:last:step`` stands for."""
 
-def _generator(name: str, third: str) -> dict[str, Any]:
-    items = {"type": "array", "prefixItems": [_VALUE, _VALUE, _VALUE], "minItems": 3, "maxItems": 3}
-    return {
-        "type": "object",
-        "properties": {name: items | {"description": f"[first, last, {third}]"}},
-        "required": [name],
-        "additionalProperties": False,
-    }
+ENDS = {"from": "first", "start": "first", "to": "last", "stop": "last", "num": "count", "step": "step"}
+"""Key of an axis that is a mapping → its role."""
 
-
-def _between(first: str, last: str, third: str) -> dict[str, Any]:
-    properties = dict.fromkeys((first, last, third), _VALUE)
-    return {"type": "object", "properties": properties, "minProperties": 3, "additionalProperties": False}
-
-
+_THREE = {"type": "array", "items": _VALUE, "minItems": 3, "maxItems": 3}
+_LISTS = {
+    kind: _THREE | {"description": f"[{', '.join(roles)}]"}
+    for kind, roles in GENERATORS.items()
+    if kind != "steps"
+}
 _AXIS = {
     "anyOf": [
         {"type": "array", "items": _VALUE, "minItems": 1},
         {"type": "string", "description": "first:last:count, or first:last:step with a unit"},
-        *(_generator(kind, "count") for kind in ("linspace", "logspace", "geomspace")),
-        _generator("arange", "step"),
-        *(
-            _between(*ends, third)
-            for ends in (("from", "to"), ("start", "stop"))
-            for third in ("num", "step")
-        ),
+        {"type": "object", "properties": _LISTS, "maxProperties": 1, "additionalProperties": False},
+        {
+            "type": "object",
+            "properties": dict.fromkeys(ENDS, _VALUE),
+            "minProperties": 3,
+            "additionalProperties": False,
+        },
     ]
 }
 _AXES = {"type": "object", "additionalProperties": _AXIS}

@@ -128,11 +128,6 @@ def _move(source: Source, old: Path, data: dict[Any, Any], new: Path, target: di
 _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
 
-_MAPPING = "the mapping"
-"""What messages call an experiment that is not a file."""
-
-_NOTHING = "states nothing; write at least a name, such as 'name: nominal' for the actuator of the paper"
-
 
 Experiment = str | PathLike[str] | Mapping[str, Any] | ExperimentConfig
 """A YAML file, what would stand in one, or an experiment that is loaded."""
@@ -217,7 +212,7 @@ def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
     if file is None:
         return Source({})
     if isinstance(file, Mapping):
-        return read_extended(FilePath(_MAPPING), kind, _prepare, _merged, own=Source(plain(file)))
+        return read_extended(FilePath("the mapping"), kind, _prepare, _merged, own=Source(plain(file)))
     if not isinstance(file, str | PathLike):
         raise ConfigError(f"expected a path, found {brief(file)}")
     return read_extended(FilePath(file).expanduser(), kind, _prepare, _merged)
@@ -226,7 +221,10 @@ def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
 def _prepare(own: Source, file: FilePath) -> None:
     """Prepare each file of an experiment before it extends others."""
     if not own.data:
-        raise ConfigError([Issue(_NOTHING, origin=str(file))])
+        nothing = (
+            "states nothing; write at least a name, such as 'name: nominal' for the actuator of the paper"
+        )
+        raise ConfigError([Issue(nothing, origin=str(file))])
     use_full_names(own)
     anchor_files(own.data, file.parent)
     note_written_units(own)

@@ -245,16 +245,14 @@ class TimeOrPeriods(SI):
         return core_schema.no_info_plain_validator_function(self._time_or_periods)
 
     def _time_or_periods(self, value: Any) -> float | str:
-        periods = _PERIODS.fullmatch(value) if isinstance(value, str) else None
-        if periods is not None:
-            number = float(periods[1])
-            return f"{number:.15g} {'period' if number == 1.0 else 'periods'}"
-        if isinstance(value, str) and value.rstrip().endswith(("period", "periods")):
+        if not isinstance(value, str) or not value.rstrip().endswith(("period", "periods")):
+            if not math.isfinite(time := self.parse(value)):
+                raise ValueError(f"must be zero or a positive time; found {value}")
+            return time
+        if (periods := _PERIODS.fullmatch(value)) is None:
             raise ValueError(f"must be zero or more periods, such as '1 period'; found {value!r}")
-        time = self.parse(value)
-        if not 0.0 <= time < math.inf:
-            raise ValueError(f"must be zero or a positive time; found {value}")
-        return time
+        number = float(periods[1])
+        return f"{number:.15g} {'period' if number == 1.0 else 'periods'}"
 
 
 class AnalysisConfig(Section):

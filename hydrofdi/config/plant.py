@@ -221,11 +221,6 @@ def _kind(port: Variable) -> str:
     return " ".join(filter(None, ("an array" if port.is_array else "", port.variability, port.causality)))
 
 
-def _one_of(unit: str) -> str:
-    """What a variable of 1 means: its unit, or a quantity such as ``0.1 V``."""
-    return unit if unit[0].isdigit() else f"1 {unit}"
-
-
 def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
     """The variable that a text names, with its conversion to SI; a ValueError if it is not such a signal."""
     needed = {**INPUTS, **OUTPUTS}[signal]
@@ -236,13 +231,13 @@ def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
     if port.is_array or port.value_type is str:
         raise ValueError(f"{signal}: {port.name!r} is no single number")
     if written:
-        if "…" in written["unit"]:
+        unit = written["unit"]
+        if "…" in unit:
             raise ValueError(f"{signal}: state the unit of {port.name!r}, such as '{port.name} [{needed}]'")
         if port.si_unit != "1":
-            raise ValueError(f"{signal}: {port.name!r} is in {port.unit}; leave [{written['unit']}] out")
-        return PlantVariable(
-            port.name, parse_quantity(_one_of(written["unit"]), needed), zero_of(written["unit"])
-        )
+            raise ValueError(f"{signal}: {port.name!r} is in {port.unit}; leave [{unit}] out")
+        one = unit if unit[0].isdigit() else f"1 {unit}"  # or what 1 means, such as 0.1 V
+        return PlantVariable(port.name, parse_quantity(one, needed), zero_of(unit))
     is_known = port.si_unit != "1" or port.unit not in ("", "1", "-")
     if is_known and parse_unit(port.si_unit).exponents != parse_unit(needed).exponents:
         raise ValueError(

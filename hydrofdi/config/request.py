@@ -6,7 +6,7 @@ A parameter has a full name with a dot; its symbols, and its last part if it is 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, lru_cache
 from itertools import chain
 from typing import Annotated, Any, ClassVar, Self
@@ -87,9 +87,7 @@ class RunParameters(Section):
 
     @model_validator(mode="after")
     def _sections_fit_each_other(self) -> Self:
-        for fitting in self.fits:
-            self.require_fit(fitting)
-        return self
+        return self._fitting(type(self).model_fields)
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """These parameters with dotted names replaced; either form of internal leakage replaces the other."""
@@ -100,10 +98,7 @@ class RunParameters(Section):
         moved = self.with_valid_sections(
             {name: replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
         )
-        for fitting in self.fits:
-            if not changed.keys().isdisjoint(fitting):
-                moved.require_fit(fitting)
-        return moved
+        return moved._fitting(changed)
 
     def with_valid_sections(self, sections: Mapping[str, Section]) -> Self:
         """These parameters with sections replaced that are known to fit."""
@@ -114,9 +109,12 @@ class RunParameters(Section):
         object.__setattr__(moved, "__pydantic_private__", None)
         return moved
 
-    def require_fit(self, sections: tuple[str, ...]) -> None:
-        """Raise a ValueError if the sections of one of `fits` do not fit each other."""
-        self.fits[sections](*(self.__dict__[name] for name in sections))
+    def _fitting(self, changed: Collection[str]) -> Self:
+        """The same; a ValueError if a section that changed does not fit others."""
+        for sections, require_fit in self.fits.items():
+            if any(name in changed for name in sections):
+                require_fit(*(self.__dict__[name] for name in sections))
+        return self
 
     @property
     def is_periodic(self) -> bool:

@@ -81,8 +81,12 @@ def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
             yield here, data, key
 
 
+_HAVE_PARAMETERS = ("baseline", "sweep", "ensemble", "study", "units")
+"""Parts of a file that contain dotted parameters."""
+
 PARAMETER_MAPPINGS = ("baseline", "grid", "zip", "over", "per_record")
-"""Mappings whose keys are dotted parameters; others are those of faults, shifts and confusions."""
+_OF_PARAMETERS = (*PARAMETER_MAPPINGS, "faults", "units")
+"""Mappings in them whose keys are dotted parameters; others are those of shifts and confusions."""
 
 
 def use_full_names(source: Source) -> None:
@@ -101,8 +105,8 @@ def use_full_names(source: Source) -> None:
 
 
 def _use_full_names(source: Source, data: Any, path: Path) -> None:
-    is_inside = path[:1] and path[0] in ("baseline", "sweep", "ensemble", "study", "units")
-    is_mapping = is_inside and path[-1] in (*PARAMETER_MAPPINGS, "faults", "units")
+    is_inside = path[:1] and path[0] in _HAVE_PARAMETERS
+    is_mapping = is_inside and path[-1] in _OF_PARAMETERS
     is_section = len(path) == 1 and path[0] in RunRequest.model_fields
     is_changed = is_inside and len(path) == 3 and path[1] in ("shifts", "confusions")
     if isinstance(data, dict) and (is_mapping or is_section or is_changed):
@@ -163,15 +167,12 @@ def load_experiment(
     if not isinstance(settings, Iterable) or not all(isinstance(setting, str) for setting in settings):
         expected = "{'fluid.bulk_modulus': '689 MPa'}, or texts such as 'fluid.bulk_modulus=689 MPa'"
         raise ConfigError(f"settings: expected {expected}; found {brief(settings)}")
-    if isinstance(settings, Mapping):
-        for key, value in settings.items():
-            if path := _setting_path(source, key):
-                _lay(source, path, plain(value))
-        keys = {*settings}
-    else:
-        for text in settings:
-            _apply_setting(source, text)
-        keys = {text.partition("=")[0].strip() for text in settings}
+    for setting in settings:
+        if not isinstance(settings, Mapping):
+            _apply_setting(source, setting)
+        elif path := _setting_path(source, setting):
+            _lay(source, path, plain(settings[setting]))
+    keys = {setting.partition("=")[0].strip() for setting in settings}
     for section in ("", "baseline.", "sweep.grid.", "sweep.zip."):
         named = [full_name(key.removeprefix(section)) for key in keys if key.startswith(section)]
         if {*named} >= set(INTERNAL_LEAKAGE_FORMS):
@@ -278,11 +279,8 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
         index = parts.index("plant")
         named = ".".join(parts[index:])
         return (*parts[:index], named) if index else ("plant", named.partition(".")[2])
-    is_below = parts[0] in ("baseline", "sweep", "ensemble", "study") and len(parts) > 2
-    is_within = (
-        is_below and parts[-3] in (*PARAMETER_MAPPINGS, "faults") and parts[-2] not in PARAMETER_MAPPINGS
-    )
-    if is_within or (is_below and parts[-2] in RunRequest.model_fields):
+    is_below = parts[0] in _HAVE_PARAMETERS and len(parts) > 2 and parts[-2] not in _OF_PARAMETERS
+    if is_below and (parts[-2] in RunRequest.model_fields or parts[-3] in _OF_PARAMETERS):
         return (*parts[:-2], ".".join(parts[-2:]))
     return parts
 

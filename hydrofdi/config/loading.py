@@ -21,6 +21,7 @@ from hydrofdi.errors import ConfigError, Issue, StoreError
 from hydrofdi.indicators.contract import Indicator, RecursiveIndicator
 from hydrofdi.indicators.registry import label_mistake, load_plugins, sound_indicator
 from hydrofdi.indicators.selection import chosen_options, make_chosen
+from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import (
     Source,
@@ -214,9 +215,7 @@ def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
         return Source({})
     if isinstance(file, Mapping):
         return read_extended(FilePath("the mapping"), kind, _prepare, _merged, own=Source(plain(file)))
-    if not isinstance(file, str | PathLike):
-        raise ConfigError(f"expected a path, found {brief(file)}")
-    return read_extended(FilePath(file).expanduser(), kind, _prepare, _merged)
+    return read_extended(path_of(file), kind, _prepare, _merged)
 
 
 def _prepare(own: Source, file: FilePath) -> None:

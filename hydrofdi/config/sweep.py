@@ -335,23 +335,13 @@ def count_points(block: SweepConfig) -> int:
 
 def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -> Points:
     """The points of a block, in order."""
-    factors = [
-        Points(len(values), {name: SweptValues(values, np.arange(len(values), dtype=np.int32))})
-        for name, values in block.grid.items()
-    ]
+    factors = [side_by_side({name: values}) for name, values in block.grid.items()]
     if block.zip:
-        n_value = len(next(iter(block.zip.values())))
-        index = np.arange(n_value, dtype=np.int32)
-        factors.append(
-            Points(n_value, {name: SweptValues(values, index) for name, values in block.zip.items()})
-        )
+        factors.append(side_by_side(block.zip))
     if sample := block.sample:
-        cube, index = _unit_cube(sample), np.arange(sample.count, dtype=np.int32)
-        columns = {
-            name: SweptValues(drawn(name, law, cube[:, axis], f"{path}.sample.over.{name}"), index)
-            for axis, (name, law) in enumerate(sample.over.items())
-        }
-        factors.append(Points(sample.count, columns))
+        laws = zip(_unit_cube(sample).T, sample.over.items(), strict=True)
+        columns = {name: drawn(name, law, unit, f"{path}.sample.over.{name}") for unit, (name, law) in laws}
+        factors.append(side_by_side(columns))
     if block.union:
         parts = [
             sweep_points(part, nominal, f"{path}.union[{position}]")
@@ -360,6 +350,13 @@ def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -
         factors.append(one_after_the_other(parts))
     points = reduce(multiplied, factors, Points(1, {}))
     return points if block.where is None else _fulfilling(block.where, points, nominal, f"{path}.where")
+
+
+def side_by_side(columns: Mapping[str, Sequence[Any]]) -> Points:
+    """The points that take one value after the other of several parameters at once."""
+    n_point = len(next(iter(columns.values())))
+    index = np.arange(n_point, dtype=np.int32)
+    return Points(n_point, {name: SweptValues(values, index) for name, values in columns.items()})
 
 
 def multiplied(first: Points, second: Points) -> Points:

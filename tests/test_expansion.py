@@ -29,12 +29,13 @@ def table_of(*settings):
 
 
 def test_a_grid_is_all_combinations_with_the_last_axis_varying_fastest_and_its_own_baselines():
-    table = table_of(LEAKAGE, EBM)
+    table = table_of(LEAKAGE, EBM, "leakage.external_coefficient=1e-13")
     points = [(run.parameters.leakage.internal_flow, run.parameters.fluid.bulk_modulus) for run in table.runs]
     assert points == [(None, 551e6), (None, 689e6), (2e-6, 551e6), (2e-6, 689e6)]
     assert table.n_swept == 4
     assert table.fixed_baseline.tolist() == [0, 0, 0, 0]
     assert table.matched_baseline.tolist() == [0, 1, 0, 1]
+    assert {run.parameters.leakage.external_coefficient for run in table.runs} == {1e-13}
     for run in table.runs[2:]:
         assert run.calibration.fluid.bulk_modulus == 551e6
         assert run.calibration.leakage.internal_flow == 2e-6

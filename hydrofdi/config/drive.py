@@ -308,7 +308,6 @@ class RecordConfig(Section):
         return round(1.0 / (self.sampling_frequency * self.step))
 
 
-@lru_cache(maxsize=1024)
 def require_input_fits(drive: InputConfig, control: ControlConfig, record: RecordConfig) -> None:
     """The input changes at whole steps, and is what the control takes."""
     needed = "position" if control.is_closed else "voltage"

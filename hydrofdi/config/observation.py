@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, GetCoreSchemaHandler, model_validator
@@ -223,7 +223,6 @@ MOST_JITTER = 0.25
 """Largest standard deviation of the sampling instants over the sampling interval."""
 
 
-@lru_cache(maxsize=1024)
 def require_jitter_fits(measurement: MeasurementConfig, record: RecordConfig) -> None:
     """Sampling instants do not overtake each other."""
     if measurement.jitter * record.sampling_frequency > MOST_JITTER + 1e-9:
@@ -276,7 +275,6 @@ class AnalysisConfig(Section):
         return f"{self.discard:g} s"
 
 
-@lru_cache(maxsize=1024)
 def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: RecordConfig) -> None:
     """What is left out of a record is a whole number of samples, and of a period that there is."""
     if isinstance(analysis.discard, str) and not drive.is_periodic:
@@ -289,7 +287,6 @@ def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: R
         raise ValueError(f"analysis.discard = {shown} is not a multiple of the sampling interval")
 
 
-@lru_cache(maxsize=1024)
 def require_record_fits(
     record: RecordConfig, analysis: AnalysisConfig, drive: InputConfig, wavelet: WaveletConfig
 ) -> None:

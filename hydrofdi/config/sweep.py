@@ -55,7 +55,7 @@ class ParsedCondition:
 def parse_condition(text: str) -> ParsedCondition:
     """The condition that a text states."""
     try:
-        written = _Named().visit(ast.parse(text.strip(), mode="eval").body)
+        written = ast.parse(text.strip(), mode="eval").body
         compared = tuple(_compared(written))
         tree = _InSi().visit(written)
         code = compile(ast.fix_missing_locations(ast.Expression(tree)), "<condition>", "eval")
@@ -69,21 +69,14 @@ def parse_condition(text: str) -> ParsedCondition:
     return ParsedCondition(code, names, compared)
 
 
-class _Named(ast.NodeTransformer):
-    """Names, symbols and dotted names as full names."""
+class _InSi(ast.NodeTransformer):
+    """Full names, and quantities in SI; all that is not listed above is refused."""
 
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        return ast.Name(full_name(node.id), ast.Load())
+    def visit_Name(self, node: ast.expr) -> ast.expr:
+        return ast.Name(full_name(ast.unparse(node)), ast.Load())
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        owner = self.visit(node.value)
-        if isinstance(owner, ast.Name):
-            return ast.Name(full_name(f"{owner.id}.{node.attr}"), ast.Load())
-        return node
-
-
-class _InSi(ast.NodeTransformer):
-    """Quantities in SI; all that is not listed above is refused."""
+        return self.visit_Name(node)
 
     def visit_Constant(self, node: ast.Constant) -> ast.expr:
         if isinstance(node.value, str):
@@ -109,9 +102,9 @@ class _InSi(ast.NodeTransformer):
 def _compared(tree: ast.expr) -> Iterator[tuple[str, str]]:
     for node in ast.walk(tree):
         for pair in pairwise([node.left, *node.comparators]) if isinstance(node, ast.Compare) else ():
-            match sorted(pair, key=lambda part: not isinstance(part, ast.Name)):
-                case ast.Name(id=name), ast.Constant(value=str(text)):
-                    yield name, text
+            match sorted(pair, key=lambda part: isinstance(part, ast.Constant)):
+                case named, ast.Constant(value=str(text)):
+                    yield full_name(ast.unparse(named)), text
 
 
 def _place(error: SyntaxError) -> str:
@@ -206,7 +199,7 @@ def _sound_condition(text: Any) -> Any:
         for name in sorted(condition.names.difference(known)):
             raise ValueError(f"no parameter {name!r}{meant(name)}")
         for name, quantity in condition.compared:
-            if unit := parameter_unit(name):
+            if name in condition.names and (unit := parameter_unit(name)):
                 parse_quantity(quantity, unit)
     return text
 

@@ -156,11 +156,10 @@ class RunParameters(Section):
     @property
     def start_support(self) -> float:
         """Displacement of the support of the cylinder at the start, under the start pressures [m]."""
-        stiffness, held = (
-            self.actuator.foundation_stiffness,
-            pressure_force(*self.start_pressures, *self.actuator.areas),
-        )
-        return 0.0 if stiffness is None else (0.0 - held) / stiffness
+        if (stiffness := self.actuator.foundation_stiffness) is None:
+            return 0.0
+        held: float = pressure_force(*self.start_pressures, *self.actuator.areas)
+        return (0.0 - held) / stiffness
 
     @property
     def edges(self) -> machine.Edges:

@@ -239,22 +239,20 @@ def read_experiment(path: Path) -> ExperimentData:
             for name, value in file.attrs.items()
             if name.startswith(_VERSION)
         }
-        physics = int(file.attrs["physics_version"])
-        configuration = json.loads(file.attrs["configuration"])
         absent = {
             label: dict(file[f"{label}{names.ANALYSIS_ID}"].attrs)
             for label in experiment.indicator_choice.absent
         }
-    return ExperimentData(
-        path,
-        experiment,
-        columns,
-        versions,
-        FileSignals(path),
-        configuration,
-        physics_version=physics,
-        attributes=absent,
-    )
+        return ExperimentData(
+            path,
+            experiment,
+            columns,
+            versions,
+            FileSignals(path),
+            json.loads(file.attrs["configuration"]),
+            physics_version=int(file.attrs["physics_version"]),
+            attributes=absent,
+        )
 
 
 def is_current(path: Path, experiment: ExperimentConfig) -> bool:

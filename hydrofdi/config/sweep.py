@@ -173,17 +173,13 @@ _LISTS = {
     for kind, roles in GENERATORS.items()
     if kind != "steps"
 }
+_KEYS = {"type": "object", "additionalProperties": False}
 _AXIS = {
     "anyOf": [
         {"type": "array", "items": _VALUE, "minItems": 1},
         {"type": "string", "description": "first:last:count, or first:last:step with a unit"},
-        {"type": "object", "properties": _LISTS, "maxProperties": 1, "additionalProperties": False},
-        {
-            "type": "object",
-            "properties": dict.fromkeys(ENDS, _VALUE),
-            "minProperties": 3,
-            "additionalProperties": False,
-        },
+        _KEYS | {"properties": _LISTS, "minProperties": 1, "maxProperties": 1},
+        _KEYS | {"properties": dict.fromkeys(ENDS, _VALUE), "minProperties": 3, "maxProperties": 3},
     ]
 }
 _AXES = {"type": "object", "additionalProperties": _AXIS}

@@ -19,7 +19,6 @@ from tests import commands
 
 STIFF = "fluid.bulk_modulus=1.2 GPa"
 EBM = "sweep.grid.fluid.bulk_modulus=[0.8 GPa, 1.2 GPa, 1.4 GPa]"
-FLOW = "sweep.grid.leakage.internal_flow=[0 L/min, 0.5 L/min]"
 SEALED = {"leakage.internal_flow": 0.0}
 
 
@@ -41,17 +40,6 @@ def test_the_baseline_is_the_experiments_own_actuator_sealed_unless_it_says_othe
 def test_a_baseline_that_leaks_is_a_mistake(leak):
     with pytest.raises(ConfigError, match=r"baseline\.leakage\.internal_.*not a healthy actuator"):
         baseline_of(f"baseline.leakage.{leak}")
-
-
-def test_runs_are_compared_with_the_own_actuator_and_leaks_are_solved_for_it():
-    table = expand_runs(load_experiment(None, [STIFF, EBM, FLOW, "leakage.external_coefficient=1e-13"]))
-    assert [run.calibration.fluid.bulk_modulus for run in table.runs if run.calibration] == [1.2e9] * 3
-    (fixed,) = set(table.fixed_baseline)
-    healthy = table.runs[fixed].parameters
-    assert healthy.fluid.bulk_modulus == 1.2e9
-    assert fixed < table.n_swept, "the sweep holds its own healthy run"
-    assert table.matched_baseline[fixed] == fixed
-    assert (healthy.leakage.external_coefficient, healthy.leakage.internal_coefficient) == (1e-13, 0.0)
 
 
 def test_a_stored_request_keeps_the_baseline_that_it_names_and_may_have_defaults_of_keys_that_are_gone():

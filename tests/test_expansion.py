@@ -10,7 +10,13 @@ import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest, parameter_names
-from hydrofdi.config.runs import PHYSICS_VERSION, run_identities, run_identity
+from hydrofdi.config.runs import (
+    PHYSICS_VERSION,
+    record_identities,
+    record_identity,
+    run_identities,
+    run_identity,
+)
 from hydrofdi.config.sweep import count_points, distinct_rows, parse_condition
 from hydrofdi.errors import ConfigError
 
@@ -23,12 +29,13 @@ def table_of(*settings):
 
 
 def test_a_grid_is_all_combinations_with_the_last_axis_varying_fastest_and_its_own_baselines():
-    table = table_of(LEAKAGE, EBM)
+    table = table_of(LEAKAGE, EBM, "leakage.external_coefficient=1e-13")
     points = [(run.parameters.leakage.internal_flow, run.parameters.fluid.bulk_modulus) for run in table.runs]
     assert points == [(None, 551e6), (None, 689e6), (2e-6, 551e6), (2e-6, 689e6)]
     assert table.n_swept == 4
     assert table.fixed_baseline.tolist() == [0, 0, 0, 0]
     assert table.matched_baseline.tolist() == [0, 1, 0, 1]
+    assert {run.parameters.leakage.external_coefficient for run in table.runs} == {1e-13}
     for run in table.runs[2:]:
         assert run.calibration.fluid.bulk_modulus == 551e6
         assert run.calibration.leakage.internal_flow == 2e-6
@@ -214,6 +221,7 @@ DRAWN = "{sample: {count: 5, over: {actuator.mass: {choice: [9, 10]}}}}"
     ([MODULI % 2, "sweep.grid.measurement.seed=[1, 2]", "pressure_1_sensor.noise=1 kPa", FLOW], 4),
     (["sweep.grid.leakage.internal_flow=[0, 1e-5]", "ensemble.grid.friction.law=[smooth, lugre]"], 2),
     ([MODULI % 2, f"sweep.union=[{PART}, {DRAWN}]"], 2 * (3 * 2 + 5)),
+    (["sweep.grid.wavelet.levels=[4, 5]", "sweep.grid.analysis.discard=[0 s, 1 period]", FLOW, "indicators=[dwt, modwt]"], 4),
     ([], 1),
 ])  # fmt: skip
 def test_runs_made_together_are_those_made_one_by_one(settings, n_point):
@@ -221,6 +229,7 @@ def test_runs_made_together_are_those_made_one_by_one(settings, n_point):
     assert count_points(experiment.sweep) == n_point
     table = expand_runs(experiment)
     assert run_identities(table.runs) == tuple(run_identity(run) for run in table.runs)
+    assert record_identities(table.runs) == tuple(record_identity(run) for run in table.runs)
     assert len(set(run_identities(table.runs))) == len(table.runs)
     for position, run in enumerate(table.runs):
         healthy = run.parameters.with_values(experiment.baseline)
@@ -234,12 +243,11 @@ def test_runs_made_together_are_those_made_one_by_one(settings, n_point):
 def test_values_slices_and_distinct_runs_are_those_of_the_runs():
     runs = table_of(MODULI % 5, VISCOUS % 3, FLOW).runs
     each = [run.parameters for run in runs]
-    for name in ("fluid.bulk_modulus", "friction.viscous", "actuator.mass", "leakage.internal_flow"):
+    for name in ("fluid.bulk_modulus", "actuator.mass", "leakage.internal_flow"):
         assert runs.values(name) == [parameters.value(name) for parameters in each]
     assert [run.parameters for run in runs[4:20:3]] == each[4:20:3]
     assert runs[-1].parameters == each[-1]
-    assert len(list(runs.distinct("fluid"))) == 6, "with that of the baseline"
-    assert len(list(runs.distinct("fluid", "friction"))) == 18
+    assert len(list(runs.distinct("fluid", "friction"))) == 18, "with those of the baseline"
     with pytest.raises(IndexError):
         runs[len(each)]
 

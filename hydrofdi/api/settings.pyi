@@ -332,7 +332,6 @@ class Settings(TypedDict, total=False):
     detection: Any
     paper: Any
     claims: Any
-    reference: Any
     grid: Any
     zip: Any
     sample: Any

@@ -7,8 +7,7 @@ from __future__ import annotations
 import math
 import re
 import shlex
-from collections.abc import Mapping
-from functools import cached_property
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, model_validator
@@ -115,7 +114,7 @@ the travel [m] of the rated flow; and the Runge-Kutta step [s].
 
 
 class CylinderSheet(Section):
-    """Numbers of a data sheet. Properties are in SI; chamber 1 is on the bore side."""
+    """Numbers of a data sheet; chamber 1 is on the bore side."""
 
     bore: Annotated[float, LENGTH]
     """Bore of the cylinder, e.g. '50 mm' [m]."""
@@ -181,196 +180,74 @@ class CylinderSheet(Section):
             raise ValueError(f"rod: {self.rod:g} m must be below the bore, {self.bore:g} m")
         return self
 
-    @cached_property
-    def fluid(self) -> Oil:
-        """The oil."""
-        return named_oil(self.oil)
 
-    @cached_property
-    def areas(self) -> tuple[float, float]:
-        """A_1 and A_2 [m²]."""
-        bore, annulus = self.bore**2, self.bore**2 - self.rod**2
-        return 0.25 * math.pi * (annulus if self.double_rod else bore), 0.25 * math.pi * annulus
+def _machine(sheet: CylinderSheet) -> dict[str, float]:
+    """Numbers of cylinder, oil and valve that follow from the sheet [SI], by their names in the layout."""
+    bore, annulus = sheet.bore**2, sheet.bore**2 - sheet.rod**2
+    area_1 = 0.25 * math.pi * (annulus if sheet.double_rod else bore)
+    area_2 = 0.25 * math.pi * annulus
+    length, diameter = hose_size(sheet.hose)
+    hose = 0.25 * math.pi * diameter**2 * length
+    volume_1, volume_2 = (
+        0.5 * swept + (DEAD_SHARE * swept if sheet.dead_volume is None else sheet.dead_volume) + hose
+        for swept in (sheet.stroke * area_1, sheet.stroke * area_2)
+    )
+    oil, warm = named_oil(sheet.oil), sheet.temperature
+    hose_share, oil_modulus = 2.0 * hose / (volume_1 + volume_2), oil.bulk_modulus(warm, 0.5 * sheet.supply)
+    in_series = 1.0 / ((1.0 - hose_share) / oil_modulus + hose_share / HOSE_MODULUS)
+    modulus = in_series if sheet.measured_modulus is None else sheet.measured_modulus
+    viscosities = [oil.kinematic_viscosity(warm + step) for step in (0.5, -0.5)]
+    density = oil.density(warm)
+    lowest, highest = pressure_range(sheet.return_pressure)
+    rated_flow, rated_drop = valve_rating(sheet.valve)
+    edge_drop, tank, flow_gain = 0.5 * rated_drop, 0.5 * (lowest + highest), 0.6 * math.sqrt(2.0 / density)
+    leakage = 0.01 * rated_flow if sheet.null_leakage is None else sheet.null_leakage
+    ranges = 60e5, 100e5, 160e5, 250e5, 315e5, 400e5, 600e5, 1000e5
+    return {
+        "area_1": area_1, "area_2": area_2, "volume_1": volume_1, "volume_2": volume_2,
+        "hose_share": hose_share, "oil_modulus": oil_modulus, "bulk_modulus": modulus, "density": density,
+        "celsius": warm - KELVIN, "viscosity": oil.kinematic_viscosity(warm),
+        "modulus_slope": -COOLING, "viscosity_slope": math.log(viscosities[0] / viscosities[1]),
+        "rated_flow": rated_flow, "rated_drop": rated_drop, "edge_drop": edge_drop, "flow_gain": flow_gain,
+        "area_gradient": rated_flow / (flow_gain * TRAVEL * math.sqrt(edge_drop)),
+        "lowest_tank": lowest, "highest_tank": highest, "tank": tank, "largest_leakage": leakage,
+        "clearance": clearance_conductance(leakage, sheet.supply, tank),
+        # of pressure sensors: the next usual range
+        "full_scale": next((end for end in ranges if end >= 1.2 * sheet.supply), 2.0 * sheet.supply),
+        "balance_error": math.sqrt(2.0) * area_1 * 5e-5 * sheet.stroke,
+    }  # fmt: skip
 
-    @property
-    def hose_volume(self) -> float:
-        """Volume of the hose at each chamber [m³]."""
-        length, diameter = hose_size(self.hose)
-        return 0.25 * math.pi * diameter**2 * length
 
-    @cached_property
-    def volumes(self) -> tuple[float, float]:
-        """V_1 and V_2 with the piston at the centre [m³]."""
-        swept = [self.stroke * area for area in self.areas]
-        dead = [DEAD_SHARE * volume if self.dead_volume is None else self.dead_volume for volume in swept]
-        first, second = (0.5 * full + own + self.hose_volume for full, own in zip(swept, dead, strict=True))
-        return first, second
-
-    @property
-    def oil_modulus(self) -> float:
-        """Bulk modulus of the oil at half the supply pressure [Pa]."""
-        return self.fluid.bulk_modulus(self.temperature, 0.5 * self.supply)
-
-    @property
-    def hose_share(self) -> float:
-        """Share of the hoses in the volume of both chambers [-]."""
-        return 2.0 * self.hose_volume / sum(self.volumes)
-
-    @cached_property
-    def bulk_modulus(self) -> float:
-        """β of oil and hoses in series, if it is not measured [Pa]."""
-        if self.measured_modulus is not None:
-            return self.measured_modulus
-        return 1.0 / ((1.0 - self.hose_share) / self.oil_modulus + self.hose_share / HOSE_MODULUS)
-
-    @property
-    def density(self) -> float:
-        """ρ of the oil at its temperature [kg/m³]."""
-        return self.fluid.density(self.temperature)
-
-    @property
-    def viscosity_slope(self) -> float:
-        """d ln ν/dT [1/K]."""
-        warm, cold = (self.fluid.kinematic_viscosity(self.temperature + step) for step in (0.5, -0.5))
-        return math.log(warm / cold)
-
-    @property
-    def modulus_slope(self) -> float:
-        """d ln β/dT [1/K]."""
-        return -COOLING
-
-    @cached_property
-    def flow_gain(self) -> float:
-        """K_v [m^1.5/kg^0.5]."""
-        return 0.6 * math.sqrt(2.0 / self.density)
-
-    @property
-    def rated_flow(self) -> float:
-        """Rated flow of the valve [m³/s]."""
-        return valve_rating(self.valve)[0]
-
-    @property
-    def rated_drop(self) -> float:
-        """Its pressure drop over both edges [Pa]."""
-        return valve_rating(self.valve)[1]
-
-    @property
-    def edge_drop(self) -> float:
-        """Pressure drop of one edge at the rated flow [Pa]."""
-        return 0.5 * self.rated_drop
-
-    @property
-    def area_gradient(self) -> float:
-        """w [m]."""
-        return self.rated_flow / (self.flow_gain * TRAVEL * math.sqrt(self.edge_drop))
-
-    @cached_property
-    def speeds(self) -> tuple[float, float]:
-        """Steady speeds out and in without load and friction, with the valve at its rated signal [m/s]."""
-        gain, (first, second) = self.rated_flow / math.sqrt(self.edge_drop), self.areas
-        out, back = (
-            steady_speed(self.supply, 0.0, fed, drained, gain, gain, 0.0)
-            for fed, drained in ((first, second), (second, first))
-        )
-        return out, back
-
-    @cached_property
-    def natural_frequency(self) -> float:
-        """f_h with the piston at the centre [Hz]."""
-        stiffness = sum(area**2 / volume for area, volume in zip(self.areas, self.volumes, strict=True))
-        return math.sqrt(self.bulk_modulus * stiffness / self.mass) / (2.0 * math.pi)
-
-    @property
-    def crossover(self) -> float:
-        """Crossover of the position loop, 5 % of the natural frequency [rad/s]."""
-        return 0.05 * 2.0 * math.pi * self.natural_frequency
-
-    @property
-    def proportional_gain(self) -> float:
-        """K_p [V/m]."""
-        return self.crossover / (self.speeds[0] / RATED_VOLTAGE)
-
-    @cached_property
-    def period(self) -> float:
-        """Time for half the stroke in the slower direction, and five time constants of the loop [s]."""
-        return 0.1 * math.ceil(10.0 * (0.5 * self.stroke / min(self.speeds) + 5.0 / self.crossover) - 1e-9)
-
-    @property
-    def duration(self) -> float:
-        """Length of a record: six periods, at least 10 s [s]."""
-        return max(10.0, math.ceil(6.0 * self.period - 1e-9))
-
-    @property
-    def sampling_frequency(self) -> float:
-        """At least eight samples per period of the natural frequency [Hz]."""
-        return next((rate for rate in (500.0, 1000.0) if rate >= 8.0 * self.natural_frequency), 2000.0)
-
-    @property
-    def push(self) -> float:
-        """Supply pressure times A_1 [N]."""
-        return self.supply * self.areas[0]
-
-    @property
-    def pull(self) -> float:
-        """Supply pressure times A_2 [N]."""
-        return self.supply * self.areas[1]
-
-    @property
-    def weight(self) -> float:
-        """Force of the mass along the axis [N]."""
-        return 0.0 if self.mounting == "horizontal" else STANDARD_GRAVITY * self.mass
-
-    @property
-    def load_share(self) -> float:
-        """Load over the pulling force [-]."""
-        return min(0.3, 0.7 * (self.areas[1] / self.areas[0]) ** 2)
-
-    @property
-    def random_force(self) -> float:
-        """Half of the load [N]."""
-        return 0.5 * self.load_share * self.pull
-
-    @property
-    def constant_force(self) -> float:
-        """The other half beyond the weight, pressing the rod in [N]; none on a mass that hangs on the rod."""
-        hangs = self.mounting == "vertical-rod-down"
-        return 0.0 if hangs else max(self.random_force - self.weight, 0.0)
-
-    @property
-    def velocity_threshold(self) -> float:
-        """v_th [m/s]."""
-        return max(1e-3, 1.5 * 0.03 * self.push * STEP / self.mass)
-
-    @property
-    def full_scale(self) -> float:
-        """Range of the pressure sensors: the next usual one above 1.2 times the supply pressure [Pa]."""
-        ranges = (60e5, 100e5, 160e5, 250e5, 315e5, 400e5, 600e5, 1000e5)
-        return next((end for end in ranges if end >= 1.2 * self.supply), 2.0 * self.supply)
-
-    @property
-    def largest_leakage(self) -> float:
-        """Largest null leakage [m³/s]."""
-        return 0.01 * self.rated_flow if self.null_leakage is None else self.null_leakage
-
-    @property
-    def tank(self) -> float:
-        """Return pressure in the middle of its range [Pa]."""
-        return 0.5 * sum(pressure_range(self.return_pressure))
-
-    @property
-    def lowest_tank(self) -> float:
-        """Its lowest value [Pa]."""
-        return pressure_range(self.return_pressure)[0]
-
-    @property
-    def highest_tank(self) -> float:
-        """Its highest value [Pa]."""
-        return pressure_range(self.return_pressure)[1]
-
-    @property
-    def clearance(self) -> float:
-        """Conductance of the clearance at each edge of a valve with this null leakage [m³/(s·Pa)]."""
-        return clearance_conductance(self.largest_leakage, self.supply, self.tank)
+def _motion(sheet: CylinderSheet, machine: Mapping[str, float]) -> dict[str, float]:
+    """Numbers of motion, controller and load that follow [SI]."""
+    area_1, area_2 = areas = machine["area_1"], machine["area_2"]
+    push, pull = sheet.supply * area_1, sheet.supply * area_2
+    gain = machine["rated_flow"] / math.sqrt(machine["edge_drop"])
+    speed_out, speed_in = (
+        steady_speed(sheet.supply, 0.0, fed, drained, gain, gain, 0.0)
+        for fed, drained in (areas, areas[::-1])
+    )
+    stiffness = area_1**2 / machine["volume_1"] + area_2**2 / machine["volume_2"]
+    frequency = math.sqrt(machine["bulk_modulus"] * stiffness / sheet.mass) / (2.0 * math.pi)
+    crossover = 0.05 * 2.0 * math.pi * frequency
+    proportional = crossover / (speed_out / RATED_VOLTAGE)
+    # half the stroke in the slower direction, and five time constants of the loop
+    period = 0.1 * math.ceil(10.0 * (0.5 * sheet.stroke / min(speed_out, speed_in) + 5.0 / crossover) - 1e-9)
+    load_share = min(0.3, 0.7 * (area_2 / area_1) ** 2)
+    weight = 0.0 if sheet.mounting == "horizontal" else STANDARD_GRAVITY * sheet.mass
+    random_force = 0.5 * load_share * pull
+    hangs = sheet.mounting == "vertical-rod-down"
+    return {
+        "push": push, "pull": pull, "weight": weight, "load_share": load_share, "random_force": random_force,
+        "constant_force": 0.0 if hangs else max(random_force - weight, 0.0),
+        "inclination": {"vertical-rod-up": 90.0, "vertical-rod-down": -90.0}.get(sheet.mounting, 0.0),
+        "velocity_threshold": max(1e-3, 1.5 * 0.03 * push * STEP / sheet.mass),
+        "viscous": 0.05 * push / speed_out, "speed_out": speed_out, "speed_in": speed_in,
+        "natural_frequency": frequency, "period": period, "proportional_gain": proportional,
+        "integral_gain": 0.1 * crossover * proportional,
+        "duration": max(10.0, math.ceil(6.0 * period - 1e-9)),
+        "sampling_frequency": next((rate for rate in (500.0, 1000.0) if rate >= 8.0 * frequency), 2000.0),
+    }  # fmt: skip
 
 
 _COMMENT = re.compile(r"^([^#\n]*[^#\s]) {2,}(# .*)$", re.MULTILINE)
@@ -390,13 +267,15 @@ def sheet_text(name: str, given: Mapping[str, Any]) -> str:
     """The file of a cylinder with this data sheet."""
     sheet = validated(CylinderSheet, Source(plain_data(dict(given))))
     layout = (ready_folder() / "templates" / "data-sheet.txt").read_text(encoding="utf-8")
-    texts = _texts(name, given, sheet)
+    machine = _machine(sheet)
+    numbers = sheet.model_dump() | machine | _motion(sheet, machine)
+    texts = _texts(name, given, sheet, numbers)
 
     def filled(place: re.Match[str]) -> str:
         factor, quantity, form, n_digit, text = place.groups()
         if text:
             return texts[text]
-        value = float(factor or 1.0) * getattr(sheet, quantity)
+        value = float(factor or 1.0) * numbers[quantity]
         return format(value, form) if form.startswith(".") else _shown(value, form, int(n_digit or 4))
 
     return _COMMENT.sub(_aligned, _PLACE.sub(filled, layout))
@@ -433,83 +312,71 @@ def _shown(value: float, unit: str, n_digit: int = 4) -> str:
     return f"{plain(convert(value, unit), n_digit)} {unit}"
 
 
-def _texts(name: str, given: Mapping[str, Any], sheet: CylinderSheet) -> dict[str, str]:
+def _texts(
+    name: str, given: Mapping[str, Any], sheet: CylinderSheet, numbers: Mapping[str, float]
+) -> dict[str, str]:
     """Place in the layout → text, or lines."""
-    (area_1, area_2), oil, warm = sheet.areas, sheet.fluid, sheet.temperature
     bore, rod, stroke = (_shown(each, "mm") for each in (sheet.bore, sheet.rod, sheet.stroke))
-    speed_out, speed_in = sheet.speeds
+    share, weight, is_guess = numbers["hose_share"], numbers["weight"], "return_pressure" not in given
+    in_series = (
+        f"1/({1.0 - share:.3f}/{_shown(numbers['oil_modulus'], 'MPa')} +"
+        f" {share:.3f}/{_shown(HOSE_MODULUS, 'MPa')}); guess: oil and wall of a hose"
+    )
+    of_oil = in_series if sheet.hose else "that of the oil; no hoses"
     return {
         "title": f"{name}: {'double' if sheet.double_rod else 'single'}-rod cylinder"
         f" {bore.removesuffix(' mm')}/{rod.removesuffix(' mm')} × {stroke} at {_shown(sheet.supply, 'bar')}",
         "command": _command(name, given),
         "name": name_text(name),
-        "actuator": "\n".join(_areas_and_volumes(sheet, bore, rod)),
+        "actuator": "\n".join(_areas_and_volumes(sheet, numbers, bore, rod)),
         "volumes_vary": "\n".join(
             f"      actuator.{key}: {{uniform: ±7 %}}  # guess: ports and manifold are not on the data sheet"
             for key in ("chamber_volume", "chamber_volume_2")[: 1 if sheet.double_rod else 2]
         ),
-        "inclination": f"{ {'vertical-rod-up': 90, 'vertical-rod-down': -90}.get(sheet.mounting, 0)} deg",
-        "oil": oil.name,
-        "temperature": f"{warm - KELVIN:.4g} °C",
-        "viscosity": _shown(oil.kinematic_viscosity(warm), "mm²/s"),
+        "oil": named_oil(sheet.oil).name,
         "oil_table": "\n".join(_oil_table(sheet)),
-        "modulus_formula": "measured"
-        if sheet.measured_modulus is not None
-        else "that of the oil; no hoses"
-        if not sheet.hose
-        else f"1/({1.0 - sheet.hose_share:.3f}/{_shown(sheet.oil_modulus, 'MPa')} +"
-        f" {sheet.hose_share:.3f}/{_shown(HOSE_MODULUS, 'MPa')}); guess: oil and wall of a hose",
-        "null_known": "data sheet" if sheet.null_leakage is not None else "guess 1 % of the rated flow",
-        "return_guess": "" if "return_pressure" in given else "; guess: filter and cooler",
-        "return_comment": "" if "return_pressure" in given else "  # guess",
-        "viscous": f"{plain(0.05 * sheet.push / speed_out, 3)} N·s/m",
-        "speed_out": _shown(speed_out, "m/s", 3),
-        "speed_in": _shown(speed_in, "m/s", 3),
-        "integral_gain": plain(0.1 * sheet.crossover * sheet.proportional_gain, 3),
-        "less_weight": f", less the weight of {_shown(sheet.weight, 'kN')}" if sheet.weight else "",
-        "load_formula": _load_formula(sheet),
-        "balance_error": _shown(math.sqrt(2.0) * area_1 * 5e-5 * sheet.stroke, "mm³", 2),
-        "supply_known": "sum" if area_1 == area_2 else "nominal",
-    }  # fmt: skip
+        "modulus_formula": of_oil if sheet.measured_modulus is None else "measured",
+        "null_known": "guess 1 % of the rated flow" if sheet.null_leakage is None else "data sheet",
+        "return_guess": "; guess: filter and cooler" if is_guess else "",
+        "return_comment": "  # guess" if is_guess else "",
+        "less_weight": f", less the weight of {_shown(weight, 'kN')}" if weight else "",
+        "load_formula": _load_formula(numbers),
+        "supply_known": "sum" if sheet.double_rod else "nominal",
+    }
 
 
-def _areas_and_volumes(sheet: CylinderSheet, bore: str, rod: str) -> list[str]:
+def _areas_and_volumes(
+    sheet: CylinderSheet, numbers: Mapping[str, float], bore: str, rod: str
+) -> Iterator[str]:
     """Lines of the section ``actuator``."""
-    annulus, hose = f"π/4 · (({bore})² − ({rod})²)", f" + hose {sheet.hose}" if sheet.hose else ""
-    first = annulus if sheet.double_rod else f"π/4 · ({bore})²"
-    lines = []
-    for key, area, volume, formula in (
-        ("", *((sheet.areas[0], sheet.volumes[0], first))),
-        ("_2", *((sheet.areas[1], sheet.volumes[1], annulus))),
-    ):
-        dead = f"{100 * DEAD_SHARE:g} % of area · stroke (guess: ports)"
-        if sheet.dead_volume is not None:
-            dead = f"dead volume {_shown(sheet.dead_volume, 'cm³')}"
-        half = f"area · ½ stroke + {dead}{hose}"
-        named = [
-            (f"piston_area{key}", _shown(area, "mm²"), formula),
-            (f"chamber_volume{key}", _shown(volume, "cm³"), half),
-        ]
-        lines += [f"  {name}: {number}  # {text}" for name, number, text in named]
-    return lines[:2] if sheet.double_rod else lines
+    annulus = f"π/4 · (({bore})² − ({rod})²)"
+    dead = f"{100 * DEAD_SHARE:g} % of area · stroke (guess: ports)"
+    if sheet.dead_volume is not None:
+        dead = f"dead volume {_shown(sheet.dead_volume, 'cm³')}"
+    hose = f" + hose {sheet.hose}" if sheet.hose else ""
+    chambers = (("_1", "", annulus if sheet.double_rod else f"π/4 · ({bore})²"), ("_2", "_2", annulus))
+    for own, key, formula in chambers[: 1 if sheet.double_rod else 2]:
+        yield f"  piston_area{key}: {_shown(numbers[f'area{own}'], 'mm²')}  # {formula}"
+        volume = _shown(numbers[f"volume{own}"], "cm³")
+        yield f"  chamber_volume{key}: {volume}  # area · ½ stroke + {dead}{hose}"
 
 
-def _oil_table(sheet: CylinderSheet) -> list[str]:
+def _oil_table(sheet: CylinderSheet) -> Iterator[str]:
     """β, density and viscosity of the oil over temperature and pressure, in lines of a comment."""
-    oil, lines = sheet.fluid, ["#     °C   bar   β [MPa]   density [kg/m³]   viscosity [mPa·s]"]
+    oil = named_oil(sheet.oil)
+    yield "#     °C   bar   β [MPa]   density [kg/m³]   viscosity [mPa·s]"
     for celsius in sorted({20.0, round(sheet.temperature - KELVIN, 1), 70.0}):
         for pressure in (0.0, sheet.supply):
             at = KELVIN + celsius, pressure
             modulus, viscosity = 1e-6 * oil.bulk_modulus(*at), 1e3 * oil.viscosity(*at)
             row = f"#   {celsius:4.0f}{1e-5 * pressure:6.0f}{modulus:10.0f}{oil.density(*at):18.0f}"
-            lines.append(f"{row}{viscosity:20.3g}")
-    return lines
+            yield f"{row}{viscosity:20.3g}"
 
 
-def _load_formula(sheet: CylinderSheet) -> str:
+def _load_formula(numbers: Mapping[str, float]) -> str:
     """How the random load follows."""
-    ratio = sheet.areas[1] / sheet.areas[0]
-    share = f"{100.0 * sheet.load_share:.3g} % of supply pressure · A_2 = {_shown(sheet.pull, 'kN')}"
-    if sheet.load_share < 0.3 - 1e-12:
-        share += f" (0.7 · (A_2/A_1 = {ratio:.3f})²: from (A_2/A_1)² on, a pulling load cavitates chamber 1)"
-    return share
+    ratio, share = numbers["area_2"] / numbers["area_1"], numbers["load_share"]
+    text = f"{100.0 * share:.3g} % of supply pressure · A_2 = {_shown(numbers['pull'], 'kN')}"
+    if share < 0.3 - 1e-12:
+        text += f" (0.7 · (A_2/A_1 = {ratio:.3f})²: from (A_2/A_1)² on, a pulling load cavitates chamber 1)"
+    return text

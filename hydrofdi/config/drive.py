@@ -139,6 +139,10 @@ def without_contents(data: Any) -> Any:
     return data
 
 
+PERIODIC = ("square", "sine")
+"""Shapes that repeat themselves after a period."""
+
+
 class InputConfig(Section):
     """Open-loop drive voltage."""
 
@@ -185,7 +189,7 @@ class InputConfig(Section):
     @property
     def is_periodic(self) -> bool:
         """Whether the voltage repeats itself after a period."""
-        return self.shape in {"square", "sine"}
+        return self.shape in PERIODIC
 
 
 class ControlConfig(Section):
@@ -304,7 +308,6 @@ class RecordConfig(Section):
         return round(1.0 / (self.sampling_frequency * self.step))
 
 
-@lru_cache(maxsize=1024)
 def require_input_fits(drive: InputConfig, control: ControlConfig, record: RecordConfig) -> None:
     """The input changes at whole steps, and is what the control takes."""
     needed = "position" if control.is_closed else "voltage"

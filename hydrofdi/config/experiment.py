@@ -170,55 +170,22 @@ class LimitsConfig(Section):
     """Wall time allowed for one run [s]; a run that takes longer is stored with status ``timeout``."""
 
 
-class ReferenceCell(Section):
-    """One published number."""
+SIGNALS = {
+    "input_voltage": ("V", "valve input voltage u"),
+    "reference_position": ("m", "position reference of the controller"),
+    "load_force": ("N", "load force against positive motion, F_L"),
+    "spool_position": ("m", "valve spool position x_v"),
+    "piston_position": ("m", "piston position x_p"),
+    "piston_velocity": ("m/s", "piston velocity v_p"),
+    "chamber_1_pressure": ("Pa", "pressure of chamber 1, P_1"),
+    "chamber_2_pressure": ("Pa", "pressure of chamber 2, P_2"),
+    "valve_supply_pressure": ("Pa", "supply pressure at the valve, P_s"),
+    "oil_temperature": ("K", "temperature of the oil"),
+    "internal_leakage_flow": ("m^3/s", "leakage flow from chamber 1 to 2, q_il"),
+}
+"""Signal of a run → its unit and long name, in the order of a file."""
 
-    leakage: Annotated[float, SI("m^3/s", least=0)]
-    """Leakage level of the row [m³/s]; 0 for the sealed actuator."""
-
-    bulk_modulus: Annotated[float, SI("Pa", above=0)]
-    """EBM of the row [Pa]."""
-
-    level: Annotated[str, Field(pattern=r"^d[1-9][0-9]?$")]
-    """Level of the column: d1, d2, …"""
-
-    delta: Annotated[float, SI("%")] | None = None
-    """Published δ against the fixed baseline [%]."""
-
-    rms: Annotated[float, SI("Pa", above=0)] | None = None
-    """Published RMS [Pa]."""
-
-    tolerance: Annotated[float, SI("%", least=0)] | None = None
-    """Allowed deviation of the computed value: percentage points of δ, percent of a published RMS."""
-
-    @model_validator(mode="after")
-    def _one_published_number(self) -> Self:
-        if (self.delta is None) == (self.rms is None):
-            raise ValueError("give one of delta and rms")
-        return self
-
-
-class ReferenceConfig(Section):
-    """Published values."""
-
-    source: str = ""
-    """Publication that contains the numbers."""
-
-    tolerance: Annotated[float, SI("%", least=0)] = 0.5
-    """Default tolerance of the cells: percentage points of δ, percent of a published RMS."""
-
-    cells: tuple[ReferenceCell, ...] = ()
-    """The published numbers."""
-
-
-SIGNALS = (
-    "input_voltage", "reference_position", "load_force", "spool_position", "piston_position",
-    "piston_velocity", "chamber_1_pressure", "chamber_2_pressure", "valve_supply_pressure",
-    "oil_temperature", "internal_leakage_flow",
-)  # fmt: skip
-"""Signals of a run, in the order of a file."""
-
-NAMED = {"all": SIGNALS, "pressures": ("chamber_1_pressure", "chamber_2_pressure"), "none": ()}
+NAMED = {"all": (*SIGNALS,), "pressures": ("chamber_1_pressure", "chamber_2_pressure"), "none": ()}
 """Word for some of them → their names."""
 
 
@@ -230,7 +197,7 @@ def _as_text(given: Any) -> str:
     if not is_list or (unknown and isinstance(given, str)):
         raise ValueError(f"must be 'all', 'pressures', 'none' or a list of signals; found {given!r}")
     if unknown:
-        raise ValueError(f"there is no signal {unknown[0]!r}{nearest(str(unknown[0]), SIGNALS)}")
+        raise ValueError(f"there is no signal {unknown[0]!r}{nearest(str(unknown[0]), [*SIGNALS])}")
     kept = tuple(name for name in SIGNALS if name in names)
     return next((word for word, meant in NAMED.items() if meant == kept), ",".join(kept))
 
@@ -296,6 +263,7 @@ _GONE = {
     "input.harmonics": 20,
     "leakage.onset_duty": 0.5,
     "fluid.cavitation": "none",
+    "reference": {"source": "", "tolerance": 0.5, "cells": []},
 }
 """Key of earlier versions, below the last one above it → its default."""
 
@@ -308,9 +276,6 @@ def _without_gone(given: Any, above: str = "") -> Any:
     named = ((f"{above}.{key}".lstrip("."), key, value) for key, value in given.items())
     kept = ((key, value) for name, key, value in named if _GONE.get(name, ...) != value)
     return {key: _without_gone(value, key) for key, value in kept}
-
-
-_NO_PAPER = "belong to a paper: add 'paper: maddahi2015', or leave {} out"
 
 
 class ExperimentConfig(RunRequest):
@@ -367,9 +332,6 @@ class ExperimentConfig(RunRequest):
     claims: tuple[ClaimId, ...] = ()
     """Sentences of the paper that ``hydrofdi report --check`` requires to hold; needs ``paper``."""
 
-    reference: ReferenceConfig = ReferenceConfig()
-    """Published values to compare with; needs ``paper``."""
-
     @model_validator(mode="before")
     @classmethod
     def _without_gone_keys(cls, given: Any, info: ValidationInfo) -> Any:
@@ -411,14 +373,13 @@ class ExperimentConfig(RunRequest):
             parse_quantity(f"1 {unit}", own)
         return given
 
-    @field_validator("claims", "reference")
+    @field_validator("claims")
     @classmethod
-    def _belong_to_a_paper(cls, given: Any, info: ValidationInfo) -> Any:
-        """Claims and published values as given; a stored experiment may have them without its paper."""
-        is_listed = bool(given.cells if isinstance(given, ReferenceConfig) else given)
-        if is_listed and info.context != STORED and info.data.get("paper", "mistaken") is None:
-            raise ValueError(_NO_PAPER.format(info.field_name))
-        if is_listed and info.field_name == "claims" and info.data.get("study"):
+    def _belong_to_a_paper(cls, given: tuple[ClaimId, ...], info: ValidationInfo) -> tuple[ClaimId, ...]:
+        """Claims as given; a stored experiment may have them without its paper."""
+        if given and info.context != STORED and info.data.get("paper", "mistaken") is None:
+            raise ValueError("belong to a paper: add 'paper: maddahi2015', or leave claims out")
+        if given and info.data.get("study"):
             raise ValueError("a study has no claims; those of the paper are about its own experiment")
         return given
 

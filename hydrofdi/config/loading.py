@@ -21,6 +21,7 @@ from hydrofdi.errors import ConfigError, Issue, StoreError
 from hydrofdi.indicators.contract import Indicator, RecursiveIndicator
 from hydrofdi.indicators.registry import label_mistake, load_plugins, sound_indicator
 from hydrofdi.indicators.selection import chosen_options, make_chosen
+from hydrofdi.settings.arguments import path_of
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import (
     Source,
@@ -31,6 +32,7 @@ from hydrofdi.settings.files import (
     plain,
     read_extended,
     validated,
+    yaml_text,
 )
 from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.transforms import WaveletConfig
@@ -80,8 +82,12 @@ def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
             yield here, data, key
 
 
+_HAVE_PARAMETERS = ("baseline", "sweep", "ensemble", "study", "units")
+"""Parts of a file that contain dotted parameters."""
+
 PARAMETER_MAPPINGS = ("baseline", "grid", "zip", "over", "per_record")
-"""Mappings whose keys are dotted parameters; others are those of faults, shifts and confusions."""
+_OF_PARAMETERS = (*PARAMETER_MAPPINGS, "faults", "units")
+"""Mappings in them whose keys are dotted parameters; others are those of shifts and confusions."""
 
 
 def use_full_names(source: Source) -> None:
@@ -100,8 +106,8 @@ def use_full_names(source: Source) -> None:
 
 
 def _use_full_names(source: Source, data: Any, path: Path) -> None:
-    is_inside = path[:1] and path[0] in ("baseline", "sweep", "ensemble", "study", "units")
-    is_mapping = is_inside and path[-1] in (*PARAMETER_MAPPINGS, "faults", "units")
+    is_inside = path[:1] and path[0] in _HAVE_PARAMETERS
+    is_mapping = is_inside and path[-1] in _OF_PARAMETERS
     is_section = len(path) == 1 and path[0] in RunRequest.model_fields
     is_changed = is_inside and len(path) == 3 and path[1] in ("shifts", "confusions")
     if isinstance(data, dict) and (is_mapping or is_section or is_changed):
@@ -126,11 +132,6 @@ def _move(source: Source, old: Path, data: dict[Any, Any], new: Path, target: di
 
 _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
-
-_MAPPING = "the mapping"
-"""What messages call an experiment that is not a file."""
-
-_NOTHING = "states nothing; write at least a name, such as 'name: nominal' for the actuator of the paper"
 
 
 Experiment = str | PathLike[str] | Mapping[str, Any] | ExperimentConfig
@@ -167,15 +168,12 @@ def load_experiment(
     if not isinstance(settings, Iterable) or not all(isinstance(setting, str) for setting in settings):
         expected = "{'fluid.bulk_modulus': '689 MPa'}, or texts such as 'fluid.bulk_modulus=689 MPa'"
         raise ConfigError(f"settings: expected {expected}; found {brief(settings)}")
-    if isinstance(settings, Mapping):
-        for key, value in settings.items():
-            if path := _setting_path(source, key):
-                _lay(source, path, plain(value))
-        keys = {*settings}
-    else:
-        for text in settings:
-            _apply_setting(source, text)
-        keys = {text.partition("=")[0].strip() for text in settings}
+    for setting in settings:
+        if not isinstance(settings, Mapping):
+            _apply_setting(source, setting)
+        elif path := _setting_path(source, setting):
+            _lay(source, path, plain(settings[setting]))
+    keys = {setting.partition("=")[0].strip() for setting in settings}
     for section in ("", "baseline.", "sweep.grid.", "sweep.zip."):
         named = [full_name(key.removeprefix(section)) for key in keys if key.startswith(section)]
         if {*named} >= set(INTERNAL_LEAKAGE_FORMS):
@@ -200,8 +198,6 @@ def stored_experiment(text: str, place: str) -> ExperimentConfig:
 
 def text_of_settings(settings: Sequence[str], extends: str) -> str:
     """The text of an experiment file with what settings say, on top of another one."""
-    import yaml
-
     source = Source({})
     for text in settings:
         _apply_setting(source, text)
@@ -210,7 +206,7 @@ def text_of_settings(settings: Sequence[str], extends: str) -> str:
     data = ({"extends": extends} if extends else {}) | source.data
     data.pop("units", None)  # written with the values
     first = {key: data.pop(key) for key in ("extends", "name") if key in data}
-    return yaml.safe_dump(first | data, sort_keys=False, allow_unicode=True)
+    return yaml_text(first | data)
 
 
 def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
@@ -218,16 +214,17 @@ def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
     if file is None:
         return Source({})
     if isinstance(file, Mapping):
-        return read_extended(FilePath(_MAPPING), kind, _prepare, _merged, own=Source(plain(file)))
-    if not isinstance(file, str | PathLike):
-        raise ConfigError(f"expected a path, found {brief(file)}")
-    return read_extended(FilePath(file).expanduser(), kind, _prepare, _merged)
+        return read_extended(FilePath("the mapping"), kind, _prepare, _merged, own=Source(plain(file)))
+    return read_extended(path_of(file), kind, _prepare, _merged)
 
 
 def _prepare(own: Source, file: FilePath) -> None:
     """Prepare each file of an experiment before it extends others."""
     if not own.data:
-        raise ConfigError([Issue(_NOTHING, origin=str(file))])
+        nothing = (
+            "states nothing; write at least a name, such as 'name: nominal' for the actuator of the paper"
+        )
+        raise ConfigError([Issue(nothing, origin=str(file))])
     use_full_names(own)
     anchor_files(own.data, file.parent)
     note_written_units(own)
@@ -281,11 +278,8 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
         index = parts.index("plant")
         named = ".".join(parts[index:])
         return (*parts[:index], named) if index else ("plant", named.partition(".")[2])
-    is_below = parts[0] in ("baseline", "sweep", "ensemble", "study") and len(parts) > 2
-    is_within = (
-        is_below and parts[-3] in (*PARAMETER_MAPPINGS, "faults") and parts[-2] not in PARAMETER_MAPPINGS
-    )
-    if is_within or (is_below and parts[-2] in RunRequest.model_fields):
+    is_below = parts[0] in _HAVE_PARAMETERS and len(parts) > 2 and parts[-2] not in _OF_PARAMETERS
+    if is_below and (parts[-2] in RunRequest.model_fields or parts[-3] in _OF_PARAMETERS):
         return (*parts[:-2], ".".join(parts[-2:]))
     return parts
 

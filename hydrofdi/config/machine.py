@@ -232,11 +232,6 @@ class FluidConfig(Section):
         """β without air at a pressure [Pa]."""
         return float(stiffening_bulk_modulus(pressure, self.bulk_modulus, self.bulk_modulus_pressure_slope))
 
-    @property
-    def is_warm(self) -> bool:
-        """Whether the temperature ever differs from that for which the parameters are given."""
-        return self.temperature_rise != 0.0 or self.temperature_drift != 0.0
-
     def temperature_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Temperature of the oil at times since the start of the record [K]; NaN if it is not stated."""
         start = math.nan if self.temperature is None else self.temperature + self.temperature_rise
@@ -285,11 +280,6 @@ class FrictionConfig(Section):
 
     position_period: Annotated[float, SI("m", above=0, usual=("1 mm", "10 m"))] = 0.05
     """Length of a period of the dry friction along the stroke [m]. A choice."""
-
-    @property
-    def is_uneven(self) -> bool:
-        """Whether dry friction depends on pressure or position."""
-        return self.pressure_slope != 0.0 or self.position_share != 0.0
 
     def largest(self, pressure: float) -> FrictionConfig:
         """What acts at most up to a pressure difference [Pa]."""
@@ -436,11 +426,6 @@ class LoadConfig(Section):
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed of the pseudo-random force."""
 
-    @property
-    def is_present(self) -> bool:
-        """Whether there is a force at all."""
-        return self.constant_force != 0.0 or self.random_force != 0.0
-
 
 class SupplyConfig(Section):
     """Supply and return pressures."""
@@ -526,11 +511,6 @@ class Edges(NamedTuple):
     return_2: Edge
 
     @property
-    def largest_underlap(self) -> float:
-        """How far an edge stands open at the null, at most [m]."""
-        return max(0.0, *(-edge.lap for edge in self))
-
-    @property
     def clearances(self) -> tuple[float, float]:
         """Conductance of the clearances of each chamber [m³/(s·Pa)]."""
         return (
@@ -611,20 +591,6 @@ class ValveConfig(Section):
     def is_worn(self) -> bool:
         """Whether the edges are rounded, or their gain changes over the stroke."""
         return self.edge_rounding != 0.0 or self.gain_slope != 0.0
-
-    @property
-    def needs_edges(self) -> bool:
-        """Whether it needs the model with four edges: for laps, clearances, and wear of single edges."""
-        return self.lap != 0.0 or self.lap_leakage != 0.0 or self.is_worn
-
-    @property
-    def is_shifted(self) -> bool:
-        """Whether the ports are centred anywhere but at the zero of the spool."""
-        return self.null_offset != 0.0 or self.null_drift != 0.0
-
-    def largest_null(self, duration: float) -> float:
-        """Largest size of the null over a record of that length [m]."""
-        return max(abs(self.null_offset), abs(self.null_offset + self.null_drift * duration))
 
     @property
     def is_limited(self) -> bool:

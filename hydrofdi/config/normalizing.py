@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from hydrofdi.config import plant
 from hydrofdi.config.drive import without_contents
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.plant import PARAMETERS, PlantConfig, declare, is_foreign, named_model, with_digest
 from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
-from hydrofdi.config.values import LAWS, argument_values, require_law
+from hydrofdi.config.sweep import ENDS, GENERATORS
+from hydrofdi.config.values import LAWS, argument_values, is_number, require_law
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.files import Keys as Path
 from hydrofdi.settings.files import Source, scalar
@@ -24,12 +25,6 @@ from hydrofdi.settings.quantities import SI
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
-_GENERATORS = {
-    **dict.fromkeys(("linspace", "logspace", "geomspace"), ("first", "last", "count")),
-    **dict.fromkeys(("arange", "steps"), ("first", "last", "step")),
-}
-_ENDS = {"from": "first", "start": "first", "to": "last", "stop": "last", "num": "count", "step": "step"}
-"""Key of an axis that is a mapping → its role."""
 _AXIS = (
     "an axis is a list of values, {from, to, num}, {from, to, step}, {linspace: [first, last, count]} (or"
     " logspace, geomspace), {arange: [first, last, step]}, or a text such as '551 MPa:827 MPa:3'"
@@ -47,6 +42,9 @@ _ARGUMENTS_ABOUT = {
     "normal": lambda nominal, width: [nominal, width],
 }
 """Distribution → its arguments from the nominal value and the width after ``±``."""
+
+_NOTHING: dict[str, list[Any]] = {"uniform": []}
+"""In place of what is invalid, so that validation of the model does not report it again."""
 
 _SEEDS = [0, 2**31 - 1]
 
@@ -76,42 +74,40 @@ def _normalize_plant(source: Source) -> None:
     section = source.data.get("plant")
     if not isinstance(section, dict) or not isinstance(section.get("fmu"), str):
         return
-    for key in [key for key in section if key not in PlantConfig.model_fields]:
-        for inner, value in _leaves(section.pop(key), (str(key),)):
-            source.move(("plant", key, *inner[1:]), ("plant", ".".join(inner)))
-            section[".".join(inner)] = value
     try:
-        section["fmu"] = with_digest(section["fmu"])
-        model = named_model(section["fmu"])
+        section["fmu"] = plant.with_digest(section["fmu"])
+        model = plant.named_model(section["fmu"])
     except ConfigError as error:
         source.report(("plant", "fmu"), str(error))
         raise ConfigError(source.mistakes) from None  # nothing else of the plant can be judged
     if model is not None:
-        declare(model)
-    for key in [key for key in section if key not in PlantConfig.model_fields]:
-        n_mistake, value = len(source.mistakes), section.pop(key)
+        plant.declare(model)
+    own = {key: section.pop(key) for key in [*section] if key not in plant.PlantConfig.model_fields}
+    for keys, value in _leaves(own):
+        n_mistake, key = len(source.mistakes), ".".join(keys)
+        source.move(("plant", *keys), ("plant", key))
         value = parameter_value(source, ("plant", key), f"plant.{key}", value)
         if len(source.mistakes) == n_mistake:  # else validation of the model would report it again
             section[key] = value
-    varied = {key for key in _keys({**source.data, "plant": {}}) if is_foreign(key)}
-    for name in sorted(varied & PARAMETERS.keys()):
-        if PARAMETERS[name].start is not None:
-            section.setdefault(name.partition(".")[2], PARAMETERS[name].start)
+    varied = {key for key in _keys({**source.data, "plant": {}}) if plant.is_foreign(key)}
+    for name in sorted(varied):
+        if (start := plant.foreign_start(name)) is not None:
+            section.setdefault(name.partition(".")[2], start)
     _keep_own_leak(source, section)
-    stated = ((key, parameter_unit(f"plant.{key}")) for key in section if is_foreign(f"plant.{key}"))
+    stated = ((key, parameter_unit(f"plant.{key}")) for key in section if plant.is_foreign(f"plant.{key}"))
     section["units"] = {key: unit for key, unit in stated if unit}
 
 
 def _keep_own_leak(source: Source, section: dict[str, Any]) -> None:
     """A leak that the FMU has by itself is that of the experiment, unless it states one."""
     leakage, stated = section.get("leakage"), source.data.setdefault("leakage", {})
-    own = PARAMETERS.get(f"plant.{leakage.get('coefficient')}") if isinstance(leakage, dict) else None
+    own = plant.foreign_start(f"plant.{leakage.get('coefficient')}") if isinstance(leakage, dict) else None
     forms = {name.partition(".")[2] for name in INTERNAL_LEAKAGE_FORMS}
-    if own and own.start and isinstance(stated, dict) and not stated.keys() & forms:
-        stated["internal_coefficient"] = own.start
+    if own and isinstance(stated, dict) and not stated.keys() & forms:
+        stated["internal_coefficient"] = own
 
 
-def _leaves(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+def _leaves(value: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Values of nested mappings, with their keys."""
     if not isinstance(value, dict):
         yield path, value
@@ -129,21 +125,22 @@ def _convert(source: Source, section: Any, path: Path, in_si: Conversion) -> lis
     mapping = section.get(path[-1]) if isinstance(section, dict) else None
     if not isinstance(mapping, dict):
         return []
-    section[path[-1]] = {name: in_si(source, (*path, name), name, value) for name, value in mapping.items()}
+    for name, value in mapping.items():
+        if name in parameter_names():
+            mapping[name] = in_si(source, (*path, name), name, value)
+        else:
+            source.report((*path, name), f"no parameter {name!r}{meant(name)}")
+            mapping[name] = [] if in_si is axis_in_si else _NOTHING
     return list(mapping)
 
 
 def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
     """A parameter value in SI; if it is invalid, the value unchanged, and the source gets a mistake."""
-    if name not in parameter_names():
-        unknown = source.mistake(path[: path.index(name) + 1], f"no parameter {name!r}{meant(name)}")
-        if not any(mistake.message == unknown.message for mistake in source.mistakes):
-            source.mistakes.append(unknown)
-        return value
     with _reported(source, path):
-        other = PARAMETERS[name].other_unit if is_foreign(name) and name in PARAMETERS else ""
-        if other and isinstance(value, int | float) and not isinstance(value, bool):
-            raise ValueError(f"{value:g} has no unit; write '{value:g} {other}', as in the FMU, or one of SI")
+        own = plant.PARAMETERS.get(name)
+        if own and (own.factor, own.offset) != (1.0, 0.0) and is_number(value):
+            example = f"'{value:g} {own.unit}', as in the FMU"
+            raise ValueError(f"{value:g} has no unit; write {example}, or one of SI")
         return validate_parameter(name, value)
     return value
 
@@ -164,8 +161,7 @@ def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
     """A distribution, or a value; ``+25 %`` and ``−25 %`` are relative to the nominal value."""
     if isinstance(value, Mapping):
         return distribution_in_si(source, path, name, value)
-    is_relative = isinstance(value, str) and bool(re.fullmatch(r"\s*[-+−].*%\s*", value))
-    if not is_relative or name not in parameter_names():
+    if not (isinstance(value, str) and re.fullmatch(r"\s*[-+−].*%\s*", value)):
         return parameter_value(source, path, name, value)
     nominal = nominal_value(source, name)
     with _reported(source, path):
@@ -179,8 +175,8 @@ def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
 def nominal_value(source: Source, name: str) -> Any:
     """The nominal value of a parameter in SI: the given one, else the default; None if it is invalid."""
     if (given := _given(source, name)) is None:
-        if is_foreign(name):
-            return PARAMETERS[name].start if name in PARAMETERS else None
+        if plant.is_foreign(name):
+            return plant.foreign_start(name)
         section, field = name.split(".")
         return getattr(RunRequest.model_fields[section].default, field)
     with suppress(ValidationError):  # validation of the model reports it
@@ -205,10 +201,9 @@ def _arguments(source: Source, path: Path, name: str, roles: tuple[str, ...], st
         _argument(source, (*path, index), name, role, value)
         for index, (role, value) in enumerate(zip(roles or [""] * len(stated), stated, strict=True))
     ]
-    are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-    if not roles or are_numbers:
+    if not roles or all(map(is_number, values)):
         return values
-    if len(source.mistakes) == n_mistake and name in parameter_names():
+    if len(source.mistakes) == n_mistake:
         source.report(path, "its ends must be numbers")
     return []
 
@@ -227,8 +222,7 @@ def _argument(source: Source, path: Path, name: str, role: str, value: Any) -> A
 
 
 def _difference(name: str, value: Any) -> float:
-    unit = parameter_unit(name) if name in parameter_names() else None
-    number = SI(unit or "1").parse(value)
+    number = SI((parameter_unit(name) if name else None) or "1").parse(value)
     if not math.isfinite(number):
         raise ValueError(f"must be a finite number; found {value}")
     return number
@@ -236,15 +230,14 @@ def _difference(name: str, value: Any) -> float:
 
 def distribution_in_si(source: Source, path: Path, name: str, stated: Any) -> Any:
     """A distribution with its arguments in SI; if invalid, an empty one, and the source gets a mistake."""
-    nothing: dict[str, list[Any]] = {"uniform": []}  # validation of the model does not report it again
     if not isinstance(stated, dict) or len(stated) != 1:
         source.report(path, f"expected one of {', '.join(_DISTRIBUTIONS)}, such as {{uniform: […]}}")
-        return nothing
+        return _NOTHING
     ((kind, arguments),) = stated.items()
     path = (*path, kind)
     if kind not in _DISTRIBUTIONS:
         source.report(path, f"is unknown{nearest(kind, list(_DISTRIBUTIONS))}")
-        return nothing
+        return _NOTHING
     if isinstance(arguments, str) and (about := _ABOUT.fullmatch(arguments)):
         values = _about_nominal(source, path, name, kind, about[1])
     else:
@@ -252,15 +245,12 @@ def distribution_in_si(source: Source, path: Path, name: str, stated: Any) -> An
     with _reported(source, path):
         if values and kind in LAWS:
             require_law(name, kind, values)
-        return {kind: values} if values else nothing
-    return nothing
+        return {kind: values} if values else _NOTHING
+    return _NOTHING
 
 
 def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str) -> list[float]:
     """The arguments of a distribution about the nominal value of its parameter."""
-    if name not in parameter_names():
-        parameter_value(source, path, name, None)
-        return []
     nominal = nominal_value(source, name)
     if nominal is None and _given(source, name) is not None:  # validation of the model reports it
         return []
@@ -279,9 +269,6 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
 
 def axis_in_si(source: Source, path: Path, name: str, stated: Any) -> list[Any]:
     """An axis as a list of values in SI."""
-    if name not in parameter_names():
-        parameter_value(source, path, name, stated)
-        return []
     if isinstance(stated, str) and (ends := _ends_of_text(stated)):
         stated = ends
     if isinstance(stated, dict):
@@ -312,18 +299,18 @@ def _ends_of_text(text: str) -> dict[str, Any]:
 
 
 def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) -> list[Any]:
-    roles = {_ENDS[key]: value for key, value in stated.items() if key in _ENDS}
+    roles = {ENDS[key]: value for key, value in stated.items() if key in ENDS}
     if len(roles) == len(stated) == 3 and roles.keys() >= {"first", "last"}:
         kind = "linspace" if "count" in roles else "steps"
         stated = {kind: [roles.pop("first"), roles.pop("last"), *roles.values()]}
-    if len(stated) != 1 or not stated.keys() <= _GENERATORS.keys():
-        known = [*_ENDS, *_GENERATORS]
+    if len(stated) != 1 or not stated.keys() <= GENERATORS.keys():
+        known = [*ENDS, *GENERATORS]
         meant = "".join(similar(key, known) for key in stated if key not in known)
         source.report(path, f"{_AXIS}; found {brief(stated)}{meant}")
         return []
     ((kind, arguments),) = stated.items()
     path = (*path, kind)
-    ends = _arguments(source, path, name, _GENERATORS[kind], arguments)
+    ends = _arguments(source, path, name, GENERATORS[kind], arguments)
     with _reported(source, path):
         values = _range(kind, *ends) if ends else []
         are_whole = bool(ends) and isinstance(ends[0], int)
@@ -335,12 +322,11 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
 
 
 def _range(kind: str, first: float, last: float, third: float) -> list[float]:
-    if kind == "linspace":
-        return [float(value) for value in np.linspace(first, last, int(third))]
-    if kind in ("logspace", "geomspace"):
-        if first <= 0.0 or last <= 0.0:
-            raise ValueError(f"{kind} needs ends above zero")
-        return [float(value) for value in np.geomspace(first, last, int(third))]
+    if kind in ("logspace", "geomspace") and min(first, last) <= 0.0:
+        raise ValueError(f"{kind} needs ends above zero")
+    if GENERATORS[kind][2] == "count":
+        space = np.linspace if kind == "linspace" else np.geomspace
+        return [*map(float, space(first, last, int(third)))]
     steps = (last - first) / third if third else 0.0
     count = math.ceil(steps - 1e-9) if kind == "arange" else math.floor(steps + 1e-9) + 1
     if not third or not 1 <= count <= _MOST_VALUES:
@@ -408,16 +394,7 @@ def _normalize_faults(source: Source, faults: Any) -> None:
         for name in [name for name in faults if "." in name]:
             over[name] = faults.pop(name)
             source.move((*path, name), (*path, "over", name))
-    _convert(source, faults, (*path, "over"), _levels)
-
-
-def _levels(source: Source, path: Path, name: str, stated: Any) -> list[float]:
-    """The levels that are numbers; each of the others is a mistake of the source."""
-    levels = axis_in_si(source, path, name, stated)
-    for index, level in enumerate(levels):
-        if level is None:
-            source.report((*path, index), "a level is a number with a unit, not null")
-    return [level for level in levels if isinstance(level, float)]
+    _convert(source, faults, (*path, "over"), axis_in_si)
 
 
 def _draw_per_record(source: Source, per_record: dict[str, Any], over: Any) -> None:

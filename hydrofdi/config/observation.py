@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, GetCoreSchemaHandler, model_validator
@@ -223,7 +223,6 @@ MOST_JITTER = 0.25
 """Largest standard deviation of the sampling instants over the sampling interval."""
 
 
-@lru_cache(maxsize=1024)
 def require_jitter_fits(measurement: MeasurementConfig, record: RecordConfig) -> None:
     """Sampling instants do not overtake each other."""
     if measurement.jitter * record.sampling_frequency > MOST_JITTER + 1e-9:
@@ -245,16 +244,14 @@ class TimeOrPeriods(SI):
         return core_schema.no_info_plain_validator_function(self._time_or_periods)
 
     def _time_or_periods(self, value: Any) -> float | str:
-        periods = _PERIODS.fullmatch(value) if isinstance(value, str) else None
-        if periods is not None:
-            number = float(periods[1])
-            return f"{number:.15g} {'period' if number == 1.0 else 'periods'}"
-        if isinstance(value, str) and value.rstrip().endswith(("period", "periods")):
+        if not isinstance(value, str) or not value.rstrip().endswith(("period", "periods")):
+            if not math.isfinite(time := self.parse(value)):
+                raise ValueError(f"must be zero or a positive time; found {value}")
+            return time
+        if (periods := _PERIODS.fullmatch(value)) is None:
             raise ValueError(f"must be zero or more periods, such as '1 period'; found {value!r}")
-        time = self.parse(value)
-        if not 0.0 <= time < math.inf:
-            raise ValueError(f"must be zero or a positive time; found {value}")
-        return time
+        number = float(periods[1])
+        return f"{number:.15g} {'period' if number == 1.0 else 'periods'}"
 
 
 class AnalysisConfig(Section):
@@ -278,7 +275,6 @@ class AnalysisConfig(Section):
         return f"{self.discard:g} s"
 
 
-@lru_cache(maxsize=1024)
 def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: RecordConfig) -> None:
     """What is left out of a record is a whole number of samples, and of a period that there is."""
     if isinstance(analysis.discard, str) and not drive.is_periodic:
@@ -291,7 +287,6 @@ def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: R
         raise ValueError(f"analysis.discard = {shown} is not a multiple of the sampling interval")
 
 
-@lru_cache(maxsize=1024)
 def require_record_fits(
     record: RecordConfig, analysis: AnalysisConfig, drive: InputConfig, wavelet: WaveletConfig
 ) -> None:

@@ -134,7 +134,8 @@ class PlantConfig(Section):
                 raise ValueError("needs the key 'fmu', the path of an FMU")
             return self
         if (model := self.model) is None:
-            PARAMETERS.update({f"plant.{name}": _Declared(SI(unit)) for name, unit in self.units.items()})
+            for name, unit in self.units.items():
+                PARAMETERS[f"plant.{name}"] = Variable(name, 0, "Float64", "parameter", "", "", si_unit=unit)
             return self
         if model.obstacle:
             raise ValueError(f"{self.name} cannot run here: it {model.obstacle}")
@@ -220,11 +221,6 @@ def _kind(port: Variable) -> str:
     return " ".join(filter(None, ("an array" if port.is_array else "", port.variability, port.causality)))
 
 
-def _one_of(unit: str) -> str:
-    """What a variable of 1 means: its unit, or a quantity such as ``0.1 V``."""
-    return unit if unit[0].isdigit() else f"1 {unit}"
-
-
 def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
     """The variable that a text names, with its conversion to SI; a ValueError if it is not such a signal."""
     needed = {**INPUTS, **OUTPUTS}[signal]
@@ -235,13 +231,13 @@ def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
     if port.is_array or port.value_type is str:
         raise ValueError(f"{signal}: {port.name!r} is no single number")
     if written:
-        if "…" in written["unit"]:
+        unit = written["unit"]
+        if "…" in unit:
             raise ValueError(f"{signal}: state the unit of {port.name!r}, such as '{port.name} [{needed}]'")
         if port.si_unit != "1":
-            raise ValueError(f"{signal}: {port.name!r} is in {port.unit}; leave [{written['unit']}] out")
-        return PlantVariable(
-            port.name, parse_quantity(_one_of(written["unit"]), needed), zero_of(written["unit"])
-        )
+            raise ValueError(f"{signal}: {port.name!r} is in {port.unit}; leave [{unit}] out")
+        one = unit if unit[0].isdigit() else f"1 {unit}"  # or what 1 means, such as 0.1 V
+        return PlantVariable(port.name, parse_quantity(one, needed), zero_of(unit))
     is_known = port.si_unit != "1" or port.unit not in ("", "1", "-")
     if is_known and parse_unit(port.si_unit).exponents != parse_unit(needed).exponents:
         raise ValueError(
@@ -251,21 +247,8 @@ def plant_variable(model: Model, signal: str, text: str) -> PlantVariable:
     return PlantVariable(port.name, port.factor, port.offset)
 
 
-class _Declared(NamedTuple):
-    """A parameter of an FMU: its quantity, its value without being stated, the type of its values, items of
-    an enumeration and ends of an integer; and its unit if that is none of SI.
-    """
-
-    quantity: SI | None
-    start: Any = None
-    kind: type = float
-    items: tuple[tuple[str, int], ...] = ()
-    ends: tuple[float | None, float | None] = (None, None)
-    other_unit: str = ""
-
-
-PARAMETERS: dict[str, _Declared] = {}
-"""Dotted parameter of the FMU of the experiment that is at work → what is known of it."""
+PARAMETERS: dict[str, Variable] = {}
+"""Dotted parameter of the FMU of the experiment that is at work → its variable, as far as it is known."""
 
 
 def is_foreign(name: Any) -> bool:
@@ -277,33 +260,40 @@ def is_foreign(name: Any) -> bool:
 def declare(model: Model) -> None:
     """Make the parameters of an FMU known by their dotted names, and those of no other."""
     PARAMETERS.clear()
-    for name, variable in model.variables.items():
-        if variable.is_settable:
-            start = None if variable.start is None else variable.in_si(variable.start)
-            is_si = (variable.factor, variable.offset) == (1.0, 0.0)
-            kind, stated = variable.value_type, (variable.least, variable.most)
-            low, high = (None if end is None else variable.in_si(end) for end in stated)
-            PARAMETERS[f"plant.{name}"] = _Declared(
-                SI(variable.si_unit, least=low, most=high) if kind is float else None, start, kind,
-                variable.items, (low, high) if kind is int else (None, None), "" if is_si else variable.unit,
-            )  # fmt: skip
+    settable = (each for each in model.variables.values() if each.is_settable)
+    PARAMETERS.update((f"plant.{each.name}", each) for each in settable)
+
+
+def foreign_quantity(name: str) -> SI | None:
+    """Unit and limits of a parameter of an FMU; None if it is not a quantity."""
+    declared = PARAMETERS.get(name)
+    if declared is None or declared.value_type is not float:
+        return None
+    low, high = (None if end is None else declared.in_si(end) for end in (declared.least, declared.most))
+    return SI(declared.si_unit, least=low, most=high)
+
+
+def foreign_start(name: str) -> Any:
+    """The value in SI that a parameter of an FMU has without being stated; None if it has none."""
+    declared = PARAMETERS.get(name)
+    return None if declared is None or declared.start is None else declared.in_si(declared.start)
 
 
 def foreign_value(name: str, value: Any) -> Any:
     """A value of a parameter of an FMU in SI; a ValueError if it has none like this."""
     if (declared := PARAMETERS.get(name)) is None:
         raise ValueError(f"no parameter of the FMU{nearest(name, [*PARAMETERS])}")
-    if declared.quantity is not None:
-        return declared.quantity.parse(value)
+    if (quantity := foreign_quantity(name)) is not None:
+        return quantity.parse(value)
     named = dict(declared.items)
     if named and value not in named.values():
         if value not in named:
             raise ValueError(f"expected one of {', '.join(named)}; found {value!r}")
         value = named[value]
     is_number = isinstance(value, int) and not isinstance(value, bool)
-    if not (is_number if declared.kind is int else isinstance(value, declared.kind)):
-        raise ValueError(f"expected {declared.kind.__name__}; found {value!r}")
-    low, high = declared.ends
+    kind, low, high = declared.value_type, declared.least, declared.most
+    if not (is_number if kind is int else isinstance(value, kind)):
+        raise ValueError(f"expected {kind.__name__}; found {value!r}")
     if (low is not None and value < low) or (high is not None and value > high):
         raise ValueError(f"must be from {low} to {high}; found {value}")
     return value

@@ -81,17 +81,13 @@ class PlantInspection(Answer):
             "made by": self.tool,
             "platforms": ", ".join(self.platforms),
         }
-        kinds = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters", "local": "Others"}
-        for kind, title in kinds.items():
-            found = [
-                each
-                for each in self.variables
-                if (each["causality"] if each["causality"] in kinds else "local") == kind
-            ]
-            if kind == "local" and found:
-                yield f"{counted(len(found), 'other variable')}: --json lists all"
-            elif found:
+        n_other = len(self.variables)
+        for kind, title in (("input", "Inputs"), ("output", "Outputs"), ("parameter", "Parameters")):
+            if found := [each for each in self.variables if each["causality"] == kind]:
                 yield from ("", _table(title, found))
+                n_other -= len(found)
+        if n_other:
+            yield f"{counted(n_other, 'other variable')}: --json lists all"
         yield from ("", Strong("Proposal, as a file with --write FILE"), self.proposal)
 
     def asides(self) -> Iterable[str]:
@@ -104,14 +100,10 @@ def _table(title: str, variables: Sequence[dict[str, Any]]) -> Table:
     more = len(variables) - len(shown)
     columns = {name: [each[name] for each in shown] for name in ("name", "unit", "start", "min", "max")}
     for name in ("start", "min", "max"):
-        columns[name] = ["" if value is None else _text(value) for value in columns[name]]
+        columns[name] = ["" if value is None else number_text(value) for value in columns[name]]
     columns["description"] = [each["description"] for each in shown]
     kept = {name: values for name, values in columns.items() if name == "name" or any(values)}
     return Table.of(kept, title=title, notes=(f"and {more:,} more: --json lists all",) if more else ())
-
-
-def _text(value: Any) -> str:
-    return number_text(value) if isinstance(value, float) else str(value)
 
 
 def inspect_plant(path: Path) -> PlantInspection:

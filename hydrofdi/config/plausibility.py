@@ -17,7 +17,6 @@ from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.observation import TemperatureSensorConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
 from hydrofdi.config.study import StudyConfig, study_values
-from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.config.values import argument_values
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import time_needed
@@ -37,15 +36,11 @@ def _values(
     for name, value in chain(
         ((name, experiment.value(name)) for name in parameter_names() if name not in varied),
         experiment.baseline.items(),
-        *map(_block_values, blocks),
+        ((n, value) for block in blocks for n, stated in block.axes() for value in argument_values(stated)),
         study_values(study) if study else (),
     ):
         values.setdefault(name, {})[value] = None
     return values
-
-
-def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
-    return ((name, value) for name, stated in block.axes() for value in argument_values(stated))
 
 
 class Unusual(NamedTuple):

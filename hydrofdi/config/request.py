@@ -6,7 +6,7 @@ A parameter has a full name with a dot; its symbols, and its last part if it is 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, lru_cache
 from itertools import chain
 from typing import Annotated, Any, ClassVar, Self
@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from hydrofdi.config import drive, machine, observation
 from hydrofdi.config.observation import AnalysisConfig
-from hydrofdi.config.plant import PARAMETERS, PlantConfig, foreign_value, is_foreign, require_plant_fits
+from hydrofdi.config.plant import PlantConfig, foreign_quantity, foreign_value, is_foreign, require_plant_fits
 from hydrofdi.physics.cylinder import pressure_force
 from hydrofdi.physics.hydraulic_mode import rest_pressures
 from hydrofdi.settings.messages import nearest
@@ -87,9 +87,7 @@ class RunParameters(Section):
 
     @model_validator(mode="after")
     def _sections_fit_each_other(self) -> Self:
-        for fitting in self.fits:
-            self.require_fit(fitting)
-        return self
+        return self._fitting(type(self).model_fields)
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """These parameters with dotted names replaced; either form of internal leakage replaces the other."""
@@ -100,10 +98,7 @@ class RunParameters(Section):
         moved = self.with_valid_sections(
             {name: replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
         )
-        for fitting in self.fits:
-            if not changed.keys().isdisjoint(fitting):
-                moved.require_fit(fitting)
-        return moved
+        return moved._fitting(changed)
 
     def with_valid_sections(self, sections: Mapping[str, Section]) -> Self:
         """These parameters with sections replaced that are known to fit."""
@@ -114,14 +109,22 @@ class RunParameters(Section):
         object.__setattr__(moved, "__pydantic_private__", None)
         return moved
 
-    def require_fit(self, sections: tuple[str, ...]) -> None:
-        """Raise a ValueError if the sections of one of `fits` do not fit each other."""
-        self.fits[sections](*(self.__dict__[name] for name in sections))
+    def _fitting(self, changed: Collection[str]) -> Self:
+        """The same; a ValueError if a section that changed does not fit others."""
+        for sections, require_fit in self.fits.items():
+            if any(name in changed for name in sections):
+                require_fit(*(self.__dict__[name] for name in sections))
+        return self
 
     @property
     def is_periodic(self) -> bool:
         """Whether all that acts on the actuator repeats itself with the period of the input."""
         return self.input.is_periodic and not self.load.random_force
+
+    @property
+    def drive_period(self) -> float | None:
+        """Period of all that acts on the actuator [s]; None if there is none."""
+        return self.input.period if self.is_periodic else None
 
     @property
     def samples_per_period(self) -> int | None:
@@ -153,11 +156,10 @@ class RunParameters(Section):
     @property
     def start_support(self) -> float:
         """Displacement of the support of the cylinder at the start, under the start pressures [m]."""
-        stiffness, held = (
-            self.actuator.foundation_stiffness,
-            pressure_force(*self.start_pressures, *self.actuator.areas),
-        )
-        return 0.0 if stiffness is None else (0.0 - held) / stiffness
+        if (stiffness := self.actuator.foundation_stiffness) is None:
+            return 0.0
+        held: float = pressure_force(*self.start_pressures, *self.actuator.areas)
+        return (0.0 - held) / stiffness
 
     @property
     def edges(self) -> machine.Edges:
@@ -172,13 +174,9 @@ class RunParameters(Section):
     @property
     def largest_opening_at_rest(self) -> float:
         """How far an edge stands open while the spool is at its zero, at most [m]."""
-        worn, null = 0.5 * self.valve.edge_rounding, self.valve.largest_null(self.record.duration)
-        return worn + null + self.edges.largest_underlap
-
-    @property
-    def has_unequal_edges(self) -> bool:
-        """Whether a metering edge differs from the others."""
-        return not all(self.__dict__[name].is_default for name in EDGES)
+        valve, underlap = self.valve, max(0.0, *(-edge.lap for edge in self.edges))
+        null = max(abs(valve.null_offset), abs(valve.null_offset + valve.null_drift * self.record.duration))
+        return 0.5 * valve.edge_rounding + null + underlap
 
     @property
     def reads_at_valve(self) -> bool:
@@ -349,7 +347,7 @@ def parameter_unit(name: str) -> str | None:
 def parameter_quantity(name: str) -> SI | None:
     """Unit and limits of a dotted name; None if it is not a quantity."""
     if is_foreign(name):
-        return PARAMETERS[name].quantity if name in PARAMETERS else None
+        return foreign_quantity(name)
     return field_quantity(_field(name))
 
 

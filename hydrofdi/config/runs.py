@@ -441,7 +441,7 @@ class Expansion:
         for name, is_own, is_other in zip(INTERNAL_LEAKAGE_FORMS, is_set, is_set[::-1], strict=True):
             # A point that sets K_i cancels the flow of the file, and the other way round.
             numbers[is_other & ~is_own, self._column[name]] = self._numbers[name][None]
-        self._require_possible(numbers, self._points.columns)
+        self._require_possible(numbers)
         numbers = self._plainly_sealed(numbers)
         return numbers[_distinct(numbers)[0]]
 
@@ -469,7 +469,7 @@ class Expansion:
         changed = numbers.copy()
         for name, value in (forms | dict(changes)).items():
             changed[:, self._column[name]] = self._numbers[name][value]
-        self._require_possible(changed, changes, changes)
+        self._require_possible(changed, changes)
         return changed
 
     def _plainly_sealed(self, numbers: Numbers) -> Numbers:
@@ -499,10 +499,9 @@ class Expansion:
             conditions, {name: value for name, value in baseline if name not in INTERNAL_LEAKAGE_FORMS}
         )
 
-    def _require_possible(
-        self, numbers: Numbers, changed: Iterable[str], changes: Mapping[str, Any] | None = None
-    ) -> None:
+    def _require_possible(self, numbers: Numbers, changes: Mapping[str, Any] | None = None) -> None:
         """Check the changed sections of rows, alone and together; without `changes`, rows are the points."""
+        changed = self._points.columns if changes is None else changes
         table, sections = replace(self._table, numbers=numbers), {name.partition(".")[0] for name in changed}
         alone = [(name,) for name in RunRequest.model_fields if name in sections]
         for fitting in (*alone, *RunRequest.fits):

@@ -17,7 +17,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, mo
 
 from hydrofdi.config.plant import is_foreign
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.sweep import Axes, Points, SweptValues, one_after_the_other
+from hydrofdi.config.sweep import Axes, Points, one_after_the_other, side_by_side
 from hydrofdi.config.values import Distribution, argument_values, drawn
 from hydrofdi.detectors.rules import ChartConfig, Rules, ScoreConfig
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population
@@ -114,6 +114,8 @@ class FaultsConfig(Section):
                 "a fault is one leak, leakage.internal_flow or leakage.internal_coefficient, or one parameter"
                 " of an FMU, plant.…"
             )
+        if not all(isinstance(level, float) for level in self.over[self.parameter]):
+            raise ValueError("a level is a number with a unit, not null")
         if 0.0 in self.levels:
             raise ValueError("a leak of 0 is not a fault; healthy.test already gives its alarm rate")
         return self
@@ -260,7 +262,7 @@ def study_points(study: StudyConfig) -> Points:
 
 def _points(config: PopulationConfig, each: Drawn) -> Points:
     columns = {
-        name: _drawn(name, law, _unit(config, each.actuators, name, each.count), f"{_PATH}.over.{name}")
+        name: drawn(name, law, _unit(config, each.actuators, name, each.count), f"{_PATH}.over.{name}")
         for name, law in config.over.items()
         if each.varied is None or name in each.varied
     }
@@ -269,16 +271,10 @@ def _points(config: PopulationConfig, each: Drawn) -> Points:
         for name, value in stated.items():
             if isinstance(value, Mapping):
                 unit = _unit(config, each.identity, name, each.count)
-                columns[name] = _drawn(name, dict(value), unit, f"{path}.{name}")
+                columns[name] = drawn(name, dict(value), unit, f"{path}.{name}")
             else:
-                columns[name] = SweptValues([value], np.zeros(each.count, dtype=np.int32))
-    return Points(each.count, columns)
-
-
-def _drawn(name: str, law: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> SweptValues:
-    values = drawn(name, law, unit, path)
-    index_of = {value: index for index, value in enumerate(dict.fromkeys(values))}
-    return SweptValues(list(index_of), np.array([index_of[value] for value in values], dtype=np.int32))
+                columns[name] = [value] * each.count
+    return side_by_side(columns)
 
 
 def _unit(config: PopulationConfig, population: str, name: str, count: int) -> NDArray[np.float64]:

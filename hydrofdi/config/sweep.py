@@ -55,7 +55,7 @@ class ParsedCondition:
 def parse_condition(text: str) -> ParsedCondition:
     """The condition that a text states."""
     try:
-        written = _Named().visit(ast.parse(text.strip(), mode="eval").body)
+        written = ast.parse(text.strip(), mode="eval").body
         compared = tuple(_compared(written))
         tree = _InSi().visit(written)
         code = compile(ast.fix_missing_locations(ast.Expression(tree)), "<condition>", "eval")
@@ -69,21 +69,14 @@ def parse_condition(text: str) -> ParsedCondition:
     return ParsedCondition(code, names, compared)
 
 
-class _Named(ast.NodeTransformer):
-    """Names, symbols and dotted names as full names."""
+class _InSi(ast.NodeTransformer):
+    """Full names, and quantities in SI; all that is not listed above is refused."""
 
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        return ast.Name(full_name(node.id), ast.Load())
+    def visit_Name(self, node: ast.expr) -> ast.expr:
+        return ast.Name(full_name(ast.unparse(node)), ast.Load())
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        owner = self.visit(node.value)
-        if isinstance(owner, ast.Name):
-            return ast.Name(full_name(f"{owner.id}.{node.attr}"), ast.Load())
-        return node
-
-
-class _InSi(ast.NodeTransformer):
-    """Quantities in SI; all that is not listed above is refused."""
+        return self.visit_Name(node)
 
     def visit_Constant(self, node: ast.Constant) -> ast.expr:
         if isinstance(node.value, str):
@@ -109,9 +102,9 @@ class _InSi(ast.NodeTransformer):
 def _compared(tree: ast.expr) -> Iterator[tuple[str, str]]:
     for node in ast.walk(tree):
         for pair in pairwise([node.left, *node.comparators]) if isinstance(node, ast.Compare) else ():
-            match sorted(pair, key=lambda part: not isinstance(part, ast.Name)):
-                case ast.Name(id=name), ast.Constant(value=str(text)):
-                    yield name, text
+            match sorted(pair, key=lambda part: isinstance(part, ast.Constant)):
+                case named, ast.Constant(value=str(text)):
+                    yield full_name(ast.unparse(named)), text
 
 
 def _place(error: SyntaxError) -> str:
@@ -165,33 +158,28 @@ class SampleConfig(Section):
 
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "boolean"}]}
 
+GENERATORS = {
+    **dict.fromkeys(("linspace", "logspace", "geomspace"), ("first", "last", "count")),
+    **dict.fromkeys(("arange", "steps"), ("first", "last", "step")),
+}
+"""Kind of an axis → the roles of its three numbers; ``steps`` is what ``first:last:step`` stands for."""
 
-def _generator(name: str, third: str) -> dict[str, Any]:
-    items = {"type": "array", "prefixItems": [_VALUE, _VALUE, _VALUE], "minItems": 3, "maxItems": 3}
-    return {
-        "type": "object",
-        "properties": {name: items | {"description": f"[first, last, {third}]"}},
-        "required": [name],
-        "additionalProperties": False,
-    }
+ENDS = {"from": "first", "start": "first", "to": "last", "stop": "last", "num": "count", "step": "step"}
+"""Key of an axis that is a mapping → its role."""
 
-
-def _between(first: str, last: str, third: str) -> dict[str, Any]:
-    properties = dict.fromkeys((first, last, third), _VALUE)
-    return {"type": "object", "properties": properties, "minProperties": 3, "additionalProperties": False}
-
-
+_THREE = {"type": "array", "items": _VALUE, "minItems": 3, "maxItems": 3}
+_LISTS = {
+    kind: _THREE | {"description": f"[{', '.join(roles)}]"}
+    for kind, roles in GENERATORS.items()
+    if kind != "steps"
+}
+_KEYS = {"type": "object", "additionalProperties": False}
 _AXIS = {
     "anyOf": [
         {"type": "array", "items": _VALUE, "minItems": 1},
         {"type": "string", "description": "first:last:count, or first:last:step with a unit"},
-        *(_generator(kind, "count") for kind in ("linspace", "logspace", "geomspace")),
-        _generator("arange", "step"),
-        *(
-            _between(*ends, third)
-            for ends in (("from", "to"), ("start", "stop"))
-            for third in ("num", "step")
-        ),
+        _KEYS | {"properties": _LISTS, "minProperties": 1, "maxProperties": 1},
+        _KEYS | {"properties": dict.fromkeys(ENDS, _VALUE), "minProperties": 3, "maxProperties": 3},
     ]
 }
 _AXES = {"type": "object", "additionalProperties": _AXIS}
@@ -207,7 +195,7 @@ def _sound_condition(text: Any) -> Any:
         for name in sorted(condition.names.difference(known)):
             raise ValueError(f"no parameter {name!r}{meant(name)}")
         for name, quantity in condition.compared:
-            if unit := parameter_unit(name):
+            if name in condition.names and (unit := parameter_unit(name)):
                 parse_quantity(quantity, unit)
     return text
 
@@ -336,23 +324,13 @@ def count_points(block: SweepConfig) -> int:
 
 def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -> Points:
     """The points of a block, in order."""
-    factors = [
-        Points(len(values), {name: SweptValues(values, np.arange(len(values), dtype=np.int32))})
-        for name, values in block.grid.items()
-    ]
+    factors = [side_by_side({name: values}) for name, values in block.grid.items()]
     if block.zip:
-        n_value = len(next(iter(block.zip.values())))
-        index = np.arange(n_value, dtype=np.int32)
-        factors.append(
-            Points(n_value, {name: SweptValues(values, index) for name, values in block.zip.items()})
-        )
+        factors.append(side_by_side(block.zip))
     if sample := block.sample:
-        cube, index = _unit_cube(sample), np.arange(sample.count, dtype=np.int32)
-        columns = {
-            name: SweptValues(drawn(name, law, cube[:, axis], f"{path}.sample.over.{name}"), index)
-            for axis, (name, law) in enumerate(sample.over.items())
-        }
-        factors.append(Points(sample.count, columns))
+        laws = zip(_unit_cube(sample).T, sample.over.items(), strict=True)
+        columns = {name: drawn(name, law, unit, f"{path}.sample.over.{name}") for unit, (name, law) in laws}
+        factors.append(side_by_side(columns))
     if block.union:
         parts = [
             sweep_points(part, nominal, f"{path}.union[{position}]")
@@ -361,6 +339,13 @@ def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -
         factors.append(one_after_the_other(parts))
     points = reduce(multiplied, factors, Points(1, {}))
     return points if block.where is None else _fulfilling(block.where, points, nominal, f"{path}.where")
+
+
+def side_by_side(columns: Mapping[str, Sequence[Any]]) -> Points:
+    """The points that take one value after the other of several parameters at once."""
+    n_point = len(next(iter(columns.values())))
+    index = np.arange(n_point, dtype=np.int32)
+    return Points(n_point, {name: SweptValues(values, index) for name, values in columns.items()})
 
 
 def multiplied(first: Points, second: Points) -> Points:

@@ -200,7 +200,7 @@ class ShownParameter:
 
     def text(self, value: Any) -> str:
         """A value in SI without its unit, such as ``689``."""
-        if _is_number(value) and (isinstance(value, float) or self.unit != self.own_unit):
+        if is_number(value) and (isinstance(value, float) or self.unit != self.own_unit):
             return number_text(self.number(value))
         return str(without_contents(value))
 
@@ -210,7 +210,7 @@ def shown_parameter(name: str, values: Iterable[Any]) -> ShownParameter:
     own = (parameter_unit(name) if name in parameter_names() else None) or ""
     if own and (unit := _UNITS.get().get(name)):
         return ShownParameter(name, own, unit)
-    numbers = [abs(value) for value in values if _is_number(value)]
+    numbers = [abs(value) for value in values if is_number(value)]
     return ShownParameter(name, own, readable_unit(own, max(numbers)) if numbers else own)
 
 
@@ -234,7 +234,7 @@ def shown_options(options: Section) -> str:
     """What a section states, without its defaults: ``bulk_modulus 1000 MPa, levels 3``."""
     fields, texts = type(options).model_fields, []
     for name, value in options.stated().items():
-        quantity = field_quantity(fields[name]) if name in fields and _is_number(value) else None
+        quantity = field_quantity(fields[name]) if name in fields and is_number(value) else None
         texts.append(f"{name} {value if quantity is None else shown_quantity(value, quantity.unit)}")
     return ", ".join(texts)
 
@@ -251,7 +251,7 @@ def shown_value(name: str, value: Any) -> str:
     written = LAWS[kind].shown if kind in LAWS else ""
     if not written or len(texts) != written.count("{}"):
         written = f"{' or '.join(texts)} {{unit}}"
-    unit = typeset(parameter.unit) if any(map(_is_number, arguments)) and parameter.unit != "1" else ""
+    unit = typeset(parameter.unit) if any(map(is_number, arguments)) and parameter.unit != "1" else ""
     return " ".join(written.format(*texts, unit=unit).split()).replace(" ,", ",")
 
 
@@ -265,7 +265,8 @@ def varied_parameters(runs: Iterable[RunParameters]) -> list[str]:
     ]
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Whether a value is a number, not true or false."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

@@ -21,7 +21,7 @@ from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
 from hydrofdi.settings.messages import counted, typeset
 from hydrofdi.settings.quantities import Section
-from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, drive_period
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL
 
 MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""
@@ -110,12 +110,7 @@ def _periods(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
 def without_results(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """A sentence on each indicator that cannot measure the records of some runs, and why."""
     records = dict.fromkeys(
-        (
-            run.n_kept,
-            run.record.sampling_frequency,
-            drive_period(run.input, run.load.random_force),
-            run.wavelet,
-        )
+        (run.n_kept, run.record.sampling_frequency, run.drive_period, run.wavelet)
         for run in distinct(*_OF_RECORDS)
     )
     for n_kept, frequency, period, wavelet in islice(records, MOST_RECORDS):

@@ -28,7 +28,7 @@ from hydrofdi.simulation.calibration import unreachable_sentence
 from hydrofdi.simulation.lanes import WIDTH, indices, positions_by
 from hydrofdi.simulation.sensing import Measurement
 from hydrofdi.store import names
-from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL, drive_period
+from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL
 from hydrofdi.store.folder import Failure, write_failure, write_log
 from hydrofdi.store.shards import StoredRun, gathered, write_shard
 from hydrofdi.store.verdicts import SETTLED_CHANGE, verdicts_of
@@ -69,9 +69,9 @@ def measured_columns(
 ) -> dict[str, NDArray[Any]]:
     """What is measured of the records of jobs, one row per job; NaN if a run failed."""
     columns: dict[str, NDArray[Any]] = {}
-    alike = positions_by((job.analysis, _period(job)) for job in jobs)
-    for (analysis, period), rows in alike.items():
-        part = _measured_alike([jobs[row] for row in rows], analysis, period, _at(records, rows), seconds)
+    alike = positions_by((job.analysis, job.parameters.drive_period) for job in jobs)
+    for (analysis, _), rows in alike.items():
+        part = _measured_alike([jobs[row] for row in rows], analysis, _at(records, rows), seconds)
         insert(columns, rows, len(jobs), part)
     failed = records[names.STATUS] != "ok"
     for name, values in columns.items():
@@ -82,19 +82,15 @@ def measured_columns(
     return columns | names.wavelet_numbers(columns)
 
 
-def _period(job: Job) -> float | None:
-    return drive_period(job.parameters.input, job.parameters.load.random_force)
-
-
 def _measured_alike(
-    jobs: Sequence[Job], analysis: Analysis, period: float | None, records: Columns, seconds: Seconds | None
+    jobs: Sequence[Job], analysis: Analysis, records: Columns, seconds: Seconds | None
 ) -> dict[str, NDArray[Any]]:
     identities = [analysis.identities(job.record_id) for job in jobs]
     columns: dict[str, NDArray[Any]] = {
         f"{label}{names.ANALYSIS_ID}": np.array([by_label[label] for by_label in identities], dtype=object)
         for label in analysis.indicators
     }
-    batch = _record_batch(jobs, analysis.indicators, period, records).window(analysis.n_discarded)
+    batch = _record_batch(jobs, analysis.indicators, records).window(analysis.n_discarded)
     measures = measure(batch, analysis.indicators, seconds)
     for label, reasons in measures.obstacles.items():
         columns[f"{label}{names.OBSTACLE}"] = np.array([reason or "" for reason in reasons], dtype=object)
@@ -106,9 +102,7 @@ def _measured_alike(
     return columns | measures.values | features
 
 
-def _record_batch(
-    jobs: Sequence[Job], indicators: Indicators, period: float | None, records: Columns
-) -> RecordBatch:
+def _record_batch(jobs: Sequence[Job], indicators: Indicators, records: Columns) -> RecordBatch:
     """What the sensors show of records, as far as indicators need it."""
     needed = used_channels(indicators)
     return RecordBatch(
@@ -119,7 +113,7 @@ def _record_batch(
         },
         jobs[0].parameters.record.sampling_frequency,
         tuple(job.record_id for job in jobs),
-        drive_period=period,
+        drive_period=jobs[0].parameters.drive_period,
         remarks=tuple(
             () if status == "ok" else (Issue(message, kind=status, is_unusable=True),)
             for status, message in zip(records[names.STATUS], records[names.MESSAGE], strict=True)

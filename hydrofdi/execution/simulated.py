@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
+from hydrofdi.config import ExperimentConfig, RunSpec, expand_runs
 from hydrofdi.config.plant import absent_signals
 from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.study import condition_label
@@ -131,7 +131,7 @@ def _batch(
         runs[0].parameters.record.sampling_frequency,
         tuple(record_ids[row] for row in good),
         sources=(source.name,) * len(good),
-        drive_period=_period(runs[0].parameters),
+        drive_period=runs[0].parameters.drive_period,
         labels=tuple(texts[row] for row in good) if labels else None,
         rejected=tuple(
             RejectedRecord(
@@ -162,17 +162,11 @@ def _alike(runs: Sequence[RunSpec], rows: Sequence[int]) -> list[RunSpec]:
     length = max(records.batch_length(n_sample) // WIDTH * WIDTH, least)
     alike = []
     for run in (runs[row] for row in rows[:length]):
-        if (run.parameters.record.time_axis, _period(run.parameters)) != (
-            lead.record.time_axis,
-            _period(lead),
-        ):
+        own = run.parameters
+        if (own.record.time_axis, own.drive_period) != (lead.record.time_axis, lead.drive_period):
             break
         alike.append(run)
     return alike
-
-
-def _period(parameters: RunParameters) -> float | None:
-    return records.drive_period(parameters.input, parameters.load.random_force)
 
 
 def records_of_study(stored: ExperimentData, needed: Collection[Channel]) -> RecordSource:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Collection, Container, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import takewhile
 from pathlib import Path, PurePath
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
@@ -205,13 +206,9 @@ def ready_hint(path: Path) -> str:
 
 def ready_summary(name: str) -> str:
     """The first sentence of a ready configuration's first comment."""
-    comment: list[str] = []
-    for line in _lines(name):
-        words = line.removeprefix("#").strip()
-        if not line.startswith("#") or (comment and not words):
-            break
-        comment += [words] if words else []
-    text = " ".join(comment)
+    comment = takewhile(lambda line: line.startswith("#"), _lines(name))
+    lines = "\n".join(line.removeprefix("#").strip() for line in comment)
+    text = lines.strip().partition("\n\n")[0].replace("\n", " ")
     sentence = _SENTENCE.match(text)
     return sentence.group() if sentence else text
 

@@ -196,19 +196,25 @@ OPTIONS: dict[str, Callable[[RunParameters], bool]] = {
     "unequal_chambers": lambda run: run.actuator.has_unequal_chambers,
     "inclined": lambda run: run.actuator.inclination != 0.0,
     "bristles": lambda run: FRICTION_LAWS[run.friction.law].has_bristles,
-    "uneven_friction": lambda run: run.friction.is_uneven,
-    "warm_oil": lambda run: run.fluid.is_warm,
+    "uneven_friction": lambda run: run.friction.pressure_slope != 0.0 or run.friction.position_share != 0.0,
+    "warm_oil": lambda run: run.fluid.temperature_rise != 0.0 or run.fluid.temperature_drift != 0.0,
     "stiffening": lambda run: run.fluid.bulk_modulus_pressure_slope > 0.0,
     "free_air": lambda run: run.fluid.law == "free_air",
     "limited_spool": lambda run: run.valve.is_limited,
     "hysteresis": lambda run: run.valve.hysteresis > 0.0,
-    "lapped_valve": lambda run: run.has_unequal_edges or run.valve.needs_edges,
+    # Laps, clearances, and wear of single edges.
+    "lapped_valve": lambda run: (
+        run.valve.lap != 0.0
+        or run.valve.lap_leakage != 0.0
+        or run.valve.is_worn
+        or not all(getattr(run, edge).is_default for edge in EDGES)
+    ),
     "worn_edges": lambda run: run.valve.is_worn,
-    "shifted_null": lambda run: run.valve.is_shifted,
+    "shifted_null": lambda run: run.valve.null_offset != 0.0 or run.valve.null_drift != 0.0,
     "end_stops": lambda run: run.actuator.end_stops == "elastic",
     "foundation": lambda run: run.actuator.foundation_stiffness is not None,
     "hoses": lambda run: run.actuator.hose_volume > 0.0,
-    "load_force": lambda run: run.load.is_present,
+    "load_force": lambda run: run.load.constant_force != 0.0 or run.load.random_force != 0.0,
     # A ripple makes P_s a state as well.
     "moving_supply": lambda run: run.supply.droop == "first_order" or run.supply.ripple > 0.0,
     "supply_ripple": lambda run: run.supply.ripple > 0.0,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.drive import InputConfig
+from hydrofdi.config.drive import PERIODIC
 from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.config.plant import SIGNAL_NAMES
 from hydrofdi.config.runs import PHYSICS_VERSION, study_roles
@@ -130,11 +130,7 @@ class ExperimentData:
 _MOST_RECORDS, _MOST_SAMPLES = 256, 320_000
 """Limits of a batch: records, and samples per channel that are in memory at a time."""
 
-SIGNAL_OF_CHANNEL = {
-    channel: signal
-    for channel, signal in SIGNAL_NAMES.items()
-    if signal in {variable.name for variable in names.stored_variables("all") if variable.is_signal}
-}
+SIGNAL_OF_CHANNEL = {channel: signal for channel, signal in SIGNAL_NAMES.items() if signal in names.SIGNALS}
 """Channel → name of its signal, for all channels of simulated runs."""
 
 
@@ -148,19 +144,11 @@ def distinct_records(
 ) -> list[int]:
     """Position of one run per record: the first successful run, or else the first."""
     chosen: dict[str, int] = {}
-    looked_at = None if only is None else set(only)
-    for position, (record_id, is_ok) in enumerate(zip(record_ids, are_ok, strict=True)):
-        if looked_at is not None and position not in looked_at:
-            continue
-        first = chosen.setdefault(record_id, position)
-        if is_ok and not are_ok[first]:
-            chosen[record_id] = position
+    for position in range(len(record_ids)) if only is None else sorted(only):
+        first = chosen.setdefault(record_ids[position], position)
+        if are_ok[position] and not are_ok[first]:
+            chosen[record_ids[position]] = position
     return sorted(chosen.values())
-
-
-def drive_period(drive: InputConfig, random_force: float) -> float | None:
-    """Period of the input of the actuator [s]; None if the input is not periodic."""
-    return drive.period if drive.is_periodic and random_force == 0.0 else None
 
 
 def study_labels(experiment: ExperimentConfig) -> list[str]:
@@ -194,13 +182,7 @@ class StoredRecords:
                 f"{self.name}: contains no signals; set store: {{signals: all}} and {again} again"
             )
         for positions in self._windows():
-            batch = self._batch(positions)
-            if labels:
-                batch = replace(
-                    batch, labels=tuple(self._label(row) for row in positions if self._is_ok(row))
-                )
-            rejected = tuple(self._rejected(row, labels) for row in positions if not self._is_ok(row))
-            yield replace(batch, rejected=rejected)
+            yield self._batch(positions, labels)
 
     def _windows(self) -> Iterator[list[int]]:
         """Groups of consecutive runs with the same drive period."""
@@ -213,7 +195,7 @@ class StoredRecords:
             for _, alike in groupby(by_period, key=lambda row: self._periods[row]):
                 yield list(alike)
 
-    def _batch(self, positions: Sequence[int]) -> RecordBatch:
+    def _batch(self, positions: Sequence[int], labels: bool) -> RecordBatch:
         rows = [row for row in positions if self._is_ok(row)]
         wanted = {
             channel: SIGNAL_OF_CHANNEL[channel] for channel in SIGNAL_OF_CHANNEL if channel in self.channels
@@ -227,6 +209,8 @@ class StoredRecords:
             sources=(self.name,) * len(rows),
             drive_period=self._periods[positions[0]],
             remarks=tuple(_missing_value_remarks(channels, index) for index in range(len(rows))),
+            rejected=tuple(self._rejected(row, labels) for row in positions if not self._is_ok(row)),
+            labels=tuple(map(self._label, rows)) if labels else None,
         )
 
     def _rejected(self, row: int, labels: bool) -> RejectedRecord:
@@ -269,13 +253,11 @@ class StoredRecords:
 
     @cached_property
     def _periods(self) -> list[float | None]:
-        drives = ("input.shape", "input.period", "load.random_force")
-        periods: dict[tuple[Any, ...], float | None] = {}
-        values = list(zip(*(self.data.values(name) for name in drives), strict=True))
-        for shape, period, force in set(values):
-            drive = InputConfig.model_construct(shape=shape, period=period)
-            periods[shape, period, force] = drive_period(drive, force)
-        return [periods[value] for value in values]
+        drives = map(self.data.values, ("input.shape", "input.period", "load.random_force"))
+        return [
+            period if shape in PERIODIC and not force else None
+            for shape, period, force in zip(*drives, strict=True)
+        ]
 
 
 def _missing_value_remarks(channels: dict[Channel, Array], row: int) -> tuple[Issue, ...]:

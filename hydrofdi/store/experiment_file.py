@@ -25,7 +25,14 @@ from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
 from hydrofdi.store.names import Variable
-from hydrofdi.store.shards import FileSignals, ShardResults, create_signal, values_in, write_rows
+from hydrofdi.store.shards import (
+    FileSignals,
+    ShardResults,
+    create_column,
+    create_signal,
+    values_in,
+    write_rows,
+)
 
 if TYPE_CHECKING:
     import h5py
@@ -127,14 +134,7 @@ def _write_coordinates(file: h5py.File, time: NDArray[np.float64] | None, sizes:
 
 
 def _write_column(file: h5py.File, variable: Variable, values: NDArray[Any]) -> None:
-    import h5py
-
-    if values.dtype.kind in "OU":
-        texts = [str(text) for text in values]
-        dataset = file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())
-    else:
-        dataset = file.create_dataset(variable.name, data=values)
-    _label(file, dataset, variable, variable.dimensions)
+    _label(file, create_column(file, variable.name, values), variable, variable.dimensions)
 
 
 def _write_shared_input(
@@ -239,22 +239,20 @@ def read_experiment(path: Path) -> ExperimentData:
             for name, value in file.attrs.items()
             if name.startswith(_VERSION)
         }
-        physics = int(file.attrs["physics_version"])
-        configuration = json.loads(file.attrs["configuration"])
         absent = {
             label: dict(file[f"{label}{names.ANALYSIS_ID}"].attrs)
             for label in experiment.indicator_choice.absent
         }
-    return ExperimentData(
-        path,
-        experiment,
-        columns,
-        versions,
-        FileSignals(path),
-        configuration,
-        physics_version=physics,
-        attributes=absent,
-    )
+        return ExperimentData(
+            path,
+            experiment,
+            columns,
+            versions,
+            FileSignals(path),
+            json.loads(file.attrs["configuration"]),
+            physics_version=int(file.attrs["physics_version"]),
+            attributes=absent,
+        )
 
 
 def is_current(path: Path, experiment: ExperimentConfig) -> bool:

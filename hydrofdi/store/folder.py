@@ -52,7 +52,7 @@ def file_lock(path: Path, refusal: str) -> Iterator[str]:
     """Lock a file; the operating system releases the lock when this process ends."""
     with open_own(path, _OWN, "a lock") as file:
         take_lock(file, refusal)
-        holder = _holder(_text(file))
+        holder = _holder(file)
         owner = _OWN + f'{os.getpid()}, "host": {json.dumps(socket.gethostname())}}}'.encode()
         try:
             file.truncate(0)
@@ -71,33 +71,26 @@ def take_lock(file: FileIO, refusal: str, kind: int = fcntl.LOCK_EX) -> None:
         fcntl.flock(file, kind | fcntl.LOCK_NB)
     except OSError as error:
         is_held = isinstance(error, BlockingIOError)
-        raise StoreError(refusal + (_holder(_text(file)) if is_held else f": {reason(error)}")) from None
+        raise StoreError(refusal + (_holder(file) if is_held else f": {reason(error)}")) from None
 
 
 def require_unlocked(directory: Path, *, shared: bool) -> None:
     """Check, without creating files, that no sweep has locked the folder; none but parts if it is shared."""
     try:
-        file = open(directory / _FILE, "r+", encoding="utf-8")  # noqa: SIM115 (closed below)
+        file = FileIO(directory / _FILE, "r+")
     except OSError:
         return
     with file:
-        try:
-            fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise StoreError(_busy(directory) + _holder(file.read())) from None
+        take_lock(file, _busy(directory), fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
 
 
 def _busy(directory: Path) -> str:
     return f"{directory}: another sweep is at work there"
 
 
-def _text(file: FileIO) -> bytes:
-    return os.pread(file.fileno(), 1000, 0)
-
-
-def _holder(text: str | bytes) -> str:
+def _holder(file: FileIO) -> str:
     try:
-        entry = json.loads(text)
+        entry = json.loads(os.pread(file.fileno(), 1000, 0))
         return f" (process {entry['pid']} on {entry['host']})"
     except (ValueError, KeyError, TypeError):
         return ""

@@ -53,6 +53,19 @@ class Variable:
         return self.name in {REFERENCE_POSITION, LOAD_FORCE, VALVE_SUPPLY_PRESSURE, OIL_TEMPERATURE}
 
 
+def cf_unit(unit: str) -> str:
+    """A unit in the style of the CF conventions: ``m3 s-1`` for ``m^3/s``."""
+    first, *divisors = unit.replace("·", " ").replace("^", "").split("/")
+    factors = [*first.split(), *map(_inverse, divisors)]
+    return " ".join(factors[1:] if divisors and factors[0] == "1" else factors)
+
+
+def _inverse(unit: str) -> str:
+    """A unit with a negative exponent: ``kg-0.5`` for ``kg0.5``."""
+    name = unit.rstrip("0123456789.")
+    return f"{name}-{unit[len(name) :] or 1}"
+
+
 RUN_ID, RECORD_ID, STATUS, MESSAGE = "run_id", "record_id", "status", "message"
 ANALYSIS_ID = ".analysis_id"
 """Suffix of an indicator label: identity of the analysis of a record."""
@@ -83,21 +96,6 @@ MISSING = "missing"
 
 NO_BASELINE = -1
 """Row number that means "no healthy run"."""
-
-_OF_SIGNALS = (
-    ("V", "valve input voltage u"),
-    ("m", "position reference of the controller"),
-    ("N", "load force against positive motion, F_L"),
-    ("m", "valve spool position x_v"),
-    ("m", "piston position x_p"),
-    ("m s-1", "piston velocity v_p"),
-    ("Pa", "pressure of chamber 1, P_1"),
-    ("Pa", "pressure of chamber 2, P_2"),
-    ("Pa", "supply pressure at the valve, P_s"),
-    ("K", "temperature of the oil"),
-    ("m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
-)
-"""Unit and long name of each of the `SIGNALS`."""
 
 JUDGED = (
     Variable(VERDICT, (RUN,), "", "verdict on the quality of the run"),
@@ -150,7 +148,7 @@ COMPUTED = (
     Variable(MODE_DAMPING_RATIO, (RUN,), "1", "damping ratio of the hydraulic mode"),
     *EXTREMES,
     *JUDGED,
-    *(Variable(name, (RUN, TIME), *about) for name, about in zip(SIGNALS, _OF_SIGNALS, strict=True)),
+    *(Variable(name, (RUN, TIME), cf_unit(unit), text) for name, (unit, text) in SIGNALS.items()),
 )
 """Variables that a run computes; a shard contains these and the outputs of its indicators."""
 
@@ -204,19 +202,6 @@ def coordinate(parameter: str) -> str:
 def is_needless(name: str, values: NDArray[Any]) -> bool:
     """Whether a variable can be omitted: obstacles if no record has one."""
     return name.endswith(OBSTACLE) and not any(values)
-
-
-def cf_unit(unit: str) -> str:
-    """A unit in the style of the CF conventions: ``m3 s-1`` for ``m^3/s``."""
-    first, *divisors = unit.replace("·", " ").replace("^", "").split("/")
-    factors = [*first.split(), *map(_inverse, divisors)]
-    return " ".join(factors[1:] if divisors and factors[0] == "1" else factors)
-
-
-def _inverse(unit: str) -> str:
-    """A unit with a negative exponent: ``kg-0.5`` for ``kg0.5``."""
-    name = unit.rstrip("0123456789.")
-    return f"{name}-{unit[len(name) :] or 1}"
 
 
 def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:

@@ -75,12 +75,8 @@ def read_results(place: Path | None = None) -> ExperimentData:
     """An experiment as far as it is stored."""
     if place is not None and not place.is_dir():
         if not place.exists():
-            own = RESULTS / place
-            meant = (
-                f"; did you mean '{own}'?"
-                if own.exists()
-                else similar(place.name, [str(folder) for folder in sorted(RESULTS.glob("*/"))])
-            )
+            own, folders = RESULTS / place, [str(folder) for folder in sorted(RESULTS.glob("*/"))]
+            meant = f"; did you mean '{own}'?" if own.exists() else similar(place.name, folders)
             raise StoreError(f"{place}: no such file{meant}")
         return read_experiment(place)
     directory = newest_directory() if place is None else place

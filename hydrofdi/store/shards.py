@@ -42,6 +42,16 @@ def create_signal(
     return file.create_dataset(name, shape, store.dtype, **options)
 
 
+def create_column(file: h5py.File, name: str, values: Any) -> h5py.Dataset:
+    """Create a variable of numbers or texts with one row per run."""
+    import h5py
+
+    array = np.asarray(values)
+    if array.dtype.kind not in "OU":
+        return file.create_dataset(name, data=array)
+    return file.create_dataset(name, data=[str(text) for text in array], dtype=h5py.string_dtype())
+
+
 def write_rows(target: h5py.Dataset, first: int, rows: NDArray[Any]) -> None:
     """Write rows of a signal, but for those at the fill value, from a row on."""
     import h5py
@@ -67,7 +77,7 @@ class FileSignals:
         with open_for_reading(self.path) as file:
             return np.asarray(file[names.TIME][:]) if names.TIME in file else None
 
-    def rows(self, signals: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+    def rows(self, signals: Collection[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
         """Signals of some runs by name; signals that the file lacks are omitted."""
         with open_for_reading(self.path) as file:
             return {name: _signal_rows(file[name], positions) for name in signals if name in file}
@@ -125,14 +135,11 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
             if variable.is_signal and variable.name not in columns:
                 continue  # a signal that the plant does not give
             values = columns[variable.name]
-            if variable.is_text:
-                texts = [str(text) for text in values]
-                file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())
-            elif variable.is_signal:
+            if variable.is_signal:
                 still = values[0, 0] if variable.is_mostly_still else None
                 write_rows(create_signal(file, variable.name, values.shape, store, still), 0, values)
             else:
-                file.create_dataset(variable.name, data=values)
+                create_column(file, variable.name, values)
         if store.signals != "none":
             file.create_dataset(names.TIME, data=columns[names.TIME])
 

@@ -7,10 +7,10 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi.config import RunSpec, expand_runs, load_experiment
+from hydrofdi.config import RunSpec
 from hydrofdi.config.experiment import Analysis, IndicatorChoice
 from hydrofdi.config.request import RECORD_SECTIONS, RunParameters, RunRequest, parameter_names
-from hydrofdi.config.runs import record_identities, record_identity, run_identities, run_identity
+from hydrofdi.config.runs import record_identity, run_identity
 from hydrofdi.transforms import WaveletConfig
 
 
@@ -54,19 +54,6 @@ def test_an_analysis_is_named_by_record_indicator_version_options_and_window():
     names = [each.identities("record")["dwt"] for each in (base, other_wavelet, later)]
     assert len({*names, base.identities("other")["dwt"]}) == 4
     assert more.identities("record")["dwt"] == names[0]
-
-
-def test_identities_of_many_runs_are_those_of_each():
-    settings = (
-        "sweep.grid.wavelet.levels=[4, 5]",
-        "sweep.grid.leakage.internal_flow=[0.1 L/min, 0.5 L/min]",
-        "sweep.grid.analysis.discard=[0 s, 1 period]",
-        "indicators=[dwt, modwt]",
-    )
-    runs = expand_runs(load_experiment(None, settings)).runs
-    assert run_identities(runs) == tuple(run_identity(run) for run in runs)
-    assert record_identities(runs) == tuple(record_identity(run) for run in runs)
-    assert len(set(run_identities(runs))) == len(runs) == 4 * len(set(record_identities(runs)))
 
 
 def test_table_3_keeps_its_numbers(table3):

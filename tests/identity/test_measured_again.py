@@ -126,13 +126,9 @@ def test_a_record_that_failed_is_not_simulated_again(tmp_path):
     ("indicators:\n  dwt: {level: 3}\n", ":2: indicators.dwt.level: "),
     ("wavelet: {levels: 3}\nindicators:\n  dwt: {levels: 4}\n", ":3: "),
     ("indicators:\n  dwt: {channel: chamber_2_pressure}\n", ":2: indicators.dwt.channel: "),
-    *(
-        (f"indicators: {stated}\n", ":1: indicators")
-        for stated in (
-            "3", "null", "[]", "{}", '"*"', "'dwt,,modwt'", "[dwt, {modwt: {levels: 3}}]", "[dwt, 3]",
-            "[dwt, dwt]", "[dwt, all]", "{rod: {}}", "{dwt: 3}",
-        )
-    ),
+    *((f"indicators: {stated}\n", ":1: indicators") for stated in (
+        "3", "null", "{}", "'dwt,,modwt'", "[dwt, {modwt: {levels: 3}}]", "[dwt, dwt]", "[dwt, all]", "{dwt: 3}",
+    )),
 ])  # fmt: skip
 def test_a_mistake_is_one_line_with_its_place(tmp_path, text, place):
     file = tmp_path / "file.yaml"
@@ -195,11 +191,8 @@ def test_a_sweep_its_shards_and_measuring_its_results_say_the_same_to_the_bit(tm
     with xarray.open_dataset(reasons.file, engine="h5netcdf") as file:
         phases, analysis = file["second.d2_phases"], file["second.analysis_id"].attrs
         assert (phases.dims, phases.attrs["units"]) == (("run", "second.phase"), "Pa")
-        assert (analysis["indicator"], analysis["version"], '"levels":3' in analysis["options"]) == (
-            "dwt",
-            1,
-            True,
-        )
+        assert (analysis["indicator"], analysis["version"]) == ("dwt", 1)
+        assert '"levels":3' in analysis["options"]
     short, long = ({"wavelet": {"levels": 4}}, {"indicators": {"dwt": {"levels": 4}}})
     assert load_experiment(short) == load_experiment(long)
     reasons.file.unlink()

@@ -18,12 +18,6 @@ MADE_UP = """\
 name: made_up
 paper: maddahi2015
 claims: [C1, C3]
-reference:
-  source: a printed copy
-  cells:
-    - {leakage: 0.12 L/min, bulk_modulus: 551 MPa, level: d2, delta: 10 %}
-    - {leakage: 2 L/min, bulk_modulus: 689 MPa, level: d1, rms: 5 kPa, tolerance: 20 %}
-    - {leakage: 3 L/min, bulk_modulus: 551 MPa, level: d1, delta: 1 %}
 sweep:
   grid:
     leakage.internal_flow: [0 L/min, 0.12 L/min, 2 L/min]

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Standing, alarms
 from hydrofdi.papers.maddahi2015.study import StudyData, scenario_blocks, scenarios_record, sealed_outcomes
 from hydrofdi.report.composition import rms_table
@@ -24,7 +23,7 @@ from hydrofdi.report.document import (
 )
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, ReportedRuns, joined
-from hydrofdi.settings.messages import convert, counted
+from hydrofdi.settings.messages import convert
 from hydrofdi.store import names
 from hydrofdi.tables.table import Table, plain
 
@@ -68,7 +67,6 @@ class StudyReport(StudyData):
         yield claims_block(self)
         yield from answers(standing)
         yield phases
-        yield reference_block(self)
         yield indicators_block(self.indicators)
         figures = ("figure2", "figure3", "figure4")
         yield Block("signals", "Signals and details", figures=figures)
@@ -88,7 +86,6 @@ class StudyReport(StudyData):
             "claims": [claim_record(self, claim) for claim in self.claims],
             "guarded_claims": list(self.data.experiment.claims),
             "controls": {"sealed_alarms": alarm_records(self.sealed, self.standings) if is_single else []},
-            "reference": deviations(self.table, self.data.experiment.reference) if is_single else [],
         }
         if self.scenarios is not None:
             record["scenarios"] = scenarios_record(self.scenarios)
@@ -217,13 +214,6 @@ def alarm_records(sealed: ReportedRuns, standings: Sequence[Standing]) -> list[d
     return [*Table.of(columns | ({"labels": sealed.labels} if sealed.label_names else {}))]
 
 
-NONE_GIVEN = (
-    "No published value is compared: the digits of the paper's Tables 2 and 3 are lost in the only text that"
-    " hydrofdi was made from. If you have the printed paper, you can enter its numbers under reference: "
-    "in the experiment file."
-)
-
-
 def table3_blocks(study: StudyReport) -> tuple[Block, Block]:
     """The table of all runs; the one against the fixed baseline is the answer."""
     block = study.changes_block("Table 3: change of the details with leakage and EBM", "table3")
@@ -263,47 +253,3 @@ def table2_block(study: StudyReport) -> Block | None:
     return Block(
         "table2", "Table 2: RMS over the EBM, sealed and with the small leakage", (), (rms_table(rows),)
     )
-
-
-def deviations(table: ReportedRuns, reference: ReferenceConfig) -> list[dict[str, Any]]:
-    """Every published value beside the computed one."""
-    return [_deviation(table, cell, reference.tolerance) for cell in reference.cells]
-
-
-def _deviation(table: ReportedRuns, cell: ReferenceCell, general: float) -> dict[str, Any]:
-    level, is_delta, computed = int(cell.level[1:]) - 1, cell.delta is not None, math.nan
-    rows = np.stack([table.leakage_flows, table[names.BULK_MODULUS]], axis=1)
-    is_it = np.isclose(rows, (cell.leakage, cell.bulk_modulus), rtol=1e-6, atol=0.0).all(axis=1)
-    if is_it.any() and level < table.n_level:
-        levels = table.changes("fixed") if is_delta else table[names.DETAIL_RMS]
-        computed = float(levels[is_it.argmax(), level])
-    published = cell.delta if cell.delta is not None else cell.rms
-    assert published is not None
-    deviation = computed - published if is_delta else 100.0 * (computed - published) / published
-    tolerance = general if cell.tolerance is None else cell.tolerance
-    return {
-        "leakage_L_per_min": convert(cell.leakage, "L/min"),
-        "bulk_modulus_MPa": convert(cell.bulk_modulus, "MPa"),
-        "level": cell.level,
-        "quantity": "delta_fixed_percent" if is_delta else "detail_rms_Pa",
-        "published": published,
-        "computed": computed,
-        "deviation": deviation,
-        "tolerance": tolerance,
-        "agrees": None if math.isnan(deviation) else abs(deviation) <= tolerance,
-    }
-
-
-def reference_block(study: StudyReport) -> Block:
-    """Published values beside the computed ones, or the sentence that there are none."""
-    reference, title = study.data.experiment.reference, "Published values"
-    cells = deviations(study.table, reference)
-    if not cells:
-        return Block("reference", title, (NONE_GIVEN,))
-    agrees = [cell["agrees"] for cell in cells]
-    n_compared = counted(len(agrees) - agrees.count(None), "published value")
-    source = f"; source: {reference.source}" if reference.source else ""
-    said = f"Within the tolerance: {agrees.count(True)} of {n_compared}{source}."
-    note = "Deviation and tolerance: percentage points of δ; percent of a published RMS. –: no such run."
-    table = Table.of_records(cells, title="Computed and published", key="reference", notes=(note,))
-    return Block("reference", title, (said,), (table,))

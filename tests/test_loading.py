@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.selection import load_indicators
+from hydrofdi.indicators.selection import indicators_of
 from hydrofdi.settings.files import dotted, parse_yaml, scalar
 
 
@@ -79,7 +79,7 @@ def test_null_removes_what_is_inherited_and_nothing_else(tmp_path) -> None:
         own("sweep: {grid: {supply.pressure: null}}", base="swept")
     (tmp_path / "base.yaml").write_text("indicators: {dwt: {levels: 3}, pressure_statistics: {}}")
     file.write_text("extends: base.yaml\nindicators: {dwt: null}")
-    assert [*load_indicators(str(file))] == ["pressure_statistics"]
+    assert [*indicators_of(str(file))] == ["pressure_statistics"]
 
 
 LINES = [

@@ -217,12 +217,16 @@ class TrendAnswer(Answer):
             facts["oil temperature"] = f"compensated, {self._range(effect, self.amount)} per K"
         return facts
 
+    def _levels(self, time: Array) -> Array:
+        """Lower end, median and upper end of the level at instants [s], shape (3, n)."""
+        tail = (1.0 - self.confidence) / 2.0
+        return np.asarray(np.quantile(self.draws.levels(time / DAY), (tail, 0.5, 1.0 - tail), axis=1))
+
     @property
     def table(self) -> Table:
         """A row for each point: time [s], score, oil temperature [K], and the level with its interval."""
         points = self.points
-        tail = (1.0 - self.confidence) / 2.0
-        low, level, high = np.quantile(self.draws.levels(points.time / DAY), (tail, 0.5, 1.0 - tail), axis=1)
+        low, level, high = self._levels(points.time)
         unit, sizes = self.history.unit, [float(np.abs(points.score).max())]
         return Table(
             (
@@ -298,8 +302,7 @@ class TrendAnswer(Answer):
             mean = self.points.temperature[used].mean()
             values[known] -= np.median(draws.slopes[:, 0]) * (self.points.temperature[known] - mean)
         end = self.horizon if self.has_trend and self.limit is not None else self.horizon - self.duration
-        instants, tail = np.linspace(self.points.time[0], end, 300), (1.0 - self.confidence) / 2.0
-        levels = np.quantile(draws.levels(instants / DAY), (tail, 0.5, 1.0 - tail), axis=1)
+        instants = np.linspace(self.points.time[0], end, 300)
         onset, reached = (
             None if interval is None else (interval.value / span, interval.low / span, interval.high / span)
             for interval in (self.onset, self.reached)
@@ -308,7 +311,7 @@ class TrendAnswer(Answer):
             "title": self.answer.partition(". ")[0].rstrip("."),
             "label": f"{self.history.meaning} [{self.shown_unit or '-'}]",
             "points": (self.points.time / span, self.factor * values, used),
-            "levels": (instants / span, self.factor * levels),
+            "levels": (instants / span, self.factor * self._levels(instants)),
             "onset": onset,
             "limit": None if self.limit is None else self.factor * self.limit,
             "reached": reached,

@@ -3,7 +3,7 @@
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.measuring import Measures, measure
 from hydrofdi.indicators.registry import indicator_kind, indicator_names
-from hydrofdi.indicators.selection import load_indicators, make_indicators
+from hydrofdi.indicators.selection import indicators_of, make_indicators
 
 __all__ = [
     "Indicator",
@@ -11,7 +11,7 @@ __all__ = [
     "Output",
     "indicator_kind",
     "indicator_names",
-    "load_indicators",
+    "indicators_of",
     "make_indicators",
     "measure",
 ]

@@ -14,10 +14,11 @@ from pydantic import Field
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation import chamber_balance, weak_rls
+from hydrofdi.indicators.estimation.valve_use import clear_windows, unclear_samples
 from hydrofdi.indicators.faults import FLUID, POSITIVE
 from hydrofdi.indicators.nominal_actuator import UncertainActuator
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.settings.quantities import BELOW, SI
+from hydrofdi.settings.quantities import SI
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 
@@ -73,9 +74,15 @@ class VolumeBalance:
         (area_1, area_2), (first, second) = self.options.areas, self.pressures
         return (area_1 * first - area_2 * second) / self.options.load_stiffness
 
-    def equations(self, spool: Array) -> tuple[Array, Array]:
-        """`window_equations` of whole records for a spool position [m]."""
-        signals = spool, self.position, *self.pressures, self.supply, self.supply
+    @property
+    def reference(self) -> Array:
+        """P_s that its prior deviation refers to [Pa]."""
+        return self.supply
+
+    @cached_property
+    def equations(self) -> tuple[Array, Array]:
+        """`window_equations` of whole records."""
+        signals = self.spool, self.position, *self.pressures, self.supply, self.reference
         return window_equations(self.options, self.records, *signals)
 
 
@@ -93,10 +100,12 @@ def window_equations(options: WindowOptions, records: RecordBatch, *signals: Arr
         (records.n_record, chamber_balance.windows_before(records.n_time, half), options.n_pressure)
     )
     columns = np.zeros((*targets.shape, chamber_balance.N_UNKNOWN))
+    # The last one is the low-passed flow from the supply.
+    n_sum = chamber_balance.N_SHARED + options.n_pressure * chamber_balance.N_OWN + 1
     chamber_balance.integrate_windows(
         spool, position, np.stack((first, second)), supply, reference,
         chamber_balance.weak_weights(half, records.sampling_frequency), _known_balance(options, records),
-        chamber_balance.new_sums(records.n_record, options.n_pressure), columns, targets,
+        np.zeros((records.n_record, 3, n_sum)), columns, targets,
     )  # fmt: skip
     return columns, targets
 
@@ -266,18 +275,14 @@ def named_estimates(
 
     `reference`: supply pressure that the estimates are relative to [Pa]; `deviations`: of the priors.
     """
-    of = {name: estimates[:, :, index] for index, name in enumerate(chamber_balance.UNKNOWNS)}
-    error = {
-        name: estimates[:, :, chamber_balance.N_UNKNOWN + index]
-        for index, name in enumerate(chamber_balance.UNKNOWNS)
-    }
+    names, of_index = chamber_balance.UNKNOWNS, np.moveaxis(estimates, 2, 0)
+    of = dict(zip(names, of_index[: len(names)], strict=True))
+    error = dict(zip(names, of_index[len(names) : 2 * len(names)], strict=True))
     root = math.sqrt(options.reference_pressure)
     # At its bound, the compressibility is zero but for rounding, whose sign says nothing.
     compressibility = 1.0 / options.bulk_modulus + of["compressibility"]
     modulus = 1.0 / np.maximum(compressibility, 1e-9 / options.bulk_modulus)
-    sheet = [
-        i for i, name in enumerate(chamber_balance.UNKNOWNS) if deviations[i] > 0.0 and name not in _FREE
-    ]
+    sheet = [i for i, name in enumerate(names) if deviations[i] > 0.0 and name not in _FREE]
     values = {
         "leakage": root * of["internal_coefficient"],
         "leakage_error": root * error["internal_coefficient"],
@@ -291,7 +296,7 @@ def named_estimates(
     }
     for name in ("internal_coefficient", "offset", "lap", "clearance"):
         values |= {name: of[name], f"{name}_error": error[name]}
-    return values | {name: estimates[:, :, index] for name, index in _AS_FOUND.items()}
+    return values | {name: of_index[index] for name, index in _AS_FOUND.items()}
 
 
 _AS_FOUND = {
@@ -314,16 +319,5 @@ def counting_windows(spool: Array, frequency: float, options: WindowOptions) -> 
     # Noise bends the spool everywhere.
     least = np.maximum(0.05 * np.ptp(spool, axis=1), 8.0 * np.median(sudden, axis=1))
     jumps = sudden > least[:, None]
-    n_settling = round(options.settling * frequency)
-    if n_settling:
-        so_far = np.cumsum(jumps, axis=1)
-        so_far[:, n_settling:] -= so_far[:, :-n_settling].copy()
-        jumps = so_far > 0
-    closed = jumps
-    if options.least_opening > 0.0:
-        closed = jumps | (np.abs(spool) < BELOW * options.least_opening)
-        closed[:, 1:] |= (spool[:, 1:] > 0.0) != (spool[:, :-1] > 0.0)
-    half = options.half_window
-    n_block = spool.shape[1] // half
-    in_block = closed[:, : n_block * half].reshape(-1, n_block, half).any(axis=2)
-    return np.asarray(~(in_block[:, :-1] | in_block[:, 1:]), dtype=float)
+    unclear = unclear_samples(spool, jumps, round(options.settling * frequency), options.least_opening)
+    return clear_windows(unclear, options.half_window)

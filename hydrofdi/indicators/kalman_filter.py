@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.indicators.contract import RecursiveIndicator, RecursiveOptions
-from hydrofdi.indicators.estimation import ekf
+from hydrofdi.indicators.estimation import ekf, ukf
 from hydrofdi.indicators.estimation.ekf import correct, predict
 from hydrofdi.indicators.estimation.plant import (
     N_MEASURED,
@@ -49,6 +49,12 @@ class Streams(NamedTuple):
     covariance: Array
     sums: Array
     spool: Array
+
+
+def new_streams(n_stream: int, n_state: int) -> Streams:
+    """Allocate the state of filters."""
+    shapes = (n_state,), (n_state, n_state), (N_SUM,), (2,)
+    return Streams(*(np.zeros((n_stream, *shape)) for shape in shapes))
 
 
 @equation
@@ -233,9 +239,7 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     A walk is the standard deviation that a random walk adds within one second.
     """
 
-    states: tuple[Parameter, ...] = (
-        "leakage", "bulk_modulus", "supply", "flow_gain", "offset", "lap", "clearance", "bias_1", "bias_2",
-    )  # fmt: skip
+    states: tuple[Parameter, ...] = get_args(Parameter)
     """Parameters estimated in addition to both pressures, position, velocity and friction; the others are
     nominal. ``[leakage]`` gives six states, with ``bulk_modulus`` seven, with ``supply`` and ``flow_gain``
     nine, with ``offset`` and ``lap`` eleven, with ``clearance`` twelve, with ``bias_1`` and ``bias_2``, the
@@ -308,6 +312,11 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
         """States that are estimated rather than fixed at nominal values."""
         return MOTION | frozenset(self.states)
 
+    @property
+    def places(self) -> NDArray[np.int64]:
+        """Indices of the estimated states in ``STATES``."""
+        return np.array([index for index, name in enumerate(STATES) if name in self.estimated])
+
     def prior_variances(self, records: RecordBatch) -> Array:
         """Prior variance of each of ``STATES``, in estimator units."""
         usual = 2e-3 if self.measures_supply(records) else 0.03
@@ -369,36 +378,35 @@ class FilterEstimates:
 
 
 class KalmanFilter(RecursiveIndicator[Chosen]):
-    """Base of indicators from the estimates, variances and innovations of a Kalman filter."""
+    """Base of indicators from the estimates, variances and innovations of a Kalman filter.
+
+    It is unscented if its options state the spread of the sigma points.
+    """
 
     absence = "the filter diverged, or a sample is not a number"
     is_cheap = False
 
-    @property
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        """Shapes of the state of a filter, in the order of `Streams`, and the signature."""
-        of_mean = {"mean": (N_STATE,), "covariance": (N_STATE, N_STATE)}
-        return of_mean | {"sums": (N_SUM,), "spool": (2,), "signature": (N_STATE,)}
-
     def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
         """Filter the records."""
-        every, n_record = self.samples_per_estimate(records.sampling_frequency), records.n_record
-        state = {name: np.zeros((n_record, *shape)) for name, shape in self.shapes.items()}
-        signature = state.pop("signature", None)
-        means, variances = (np.zeros((n_record, due.size, N_STATE)) for _ in range(2))
-        sums, supply = np.zeros((n_record, due.size, N_SUM)), self.options.supply_of(records)
+        every, shape = self.samples_per_estimate(records.sampling_frequency), (records.n_record, due.size)
+        means, variances = np.zeros((*shape, N_STATE)), np.zeros((*shape, N_STATE))
+        sums, supply = np.zeros((*shape, N_SUM)), self.options.supply_of(records)
+        options, tuning, signature = self.options, self.tuning(records), None
+        spread: float | None = getattr(options, "spread", None)
+        if spread is None:
+            work: Any = ekf.workspace(options.substeps)
+            signature = np.zeros((records.n_record, N_STATE))
+        else:
+            tuning = tuning.of_roots(options.places)
+            work = ukf.workspace(tuning.places.size, options.substeps)
         follow(
-            Streams(*state.values()), self.options.measured_states(records),
-            self.options.spool_drive(records), supply, self.tuning(records), every, means, variances, sums,
-            signature, *self.spread_and_workspace(),
+            new_streams(records.n_record, tuning.places.size), options.measured_states(records),
+            options.spool_drive(records), supply, tuning, every, means, variances, sums, signature, spread,
+            work,
         )  # fmt: skip
         estimates = FilterEstimates(means, variances, sums, supply[:, due], every)
         lost = np.isnan(means[:, :, 0])
         return {name: np.where(lost, np.nan, values) for name, values in self.read(estimates).items()}
-
-    def spread_and_workspace(self) -> tuple[float | None, Any]:
-        """Spread of the sigma points, None for an extended filter, and scratch arrays."""
-        return None, ekf.workspace(self.options.substeps)
 
     @abstractmethod
     def read(self, estimates: FilterEstimates) -> Mapping[str, Array]:

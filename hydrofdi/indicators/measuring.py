@@ -65,7 +65,9 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
     for label, indicator in indicators.items():
         start = process_time()
         try:
-            seen = seen_by(indicator, blinded)
+            known = indicator.channels | indicator.optional_channels
+            held = {channel: each for channel, each in blinded.channels.items() if channel in known}
+            seen = replace(blinded, channels=held)
             reasons = _obstacles(seen, records.remarks, indicator)
             numbers = _numbers(seen, indicator, reasons)
         except FaultyIndicatorError as fault:
@@ -106,12 +108,6 @@ def _read_only(records: RecordBatch) -> RecordBatch:
     for samples in handed.values():
         samples.flags.writeable = False
     return replace(records, channels=handed)
-
-
-def seen_by(indicator: Indicator[Any], records: RecordBatch) -> RecordBatch:
-    """Records reduced to the channels of an indicator."""
-    seen = indicator.channels | indicator.optional_channels
-    return replace(records, channels={each: records[each] for each in records.channels if each in seen})
 
 
 def _numbers(

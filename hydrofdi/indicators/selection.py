@@ -58,26 +58,6 @@ _KEYS = ("indicators", "scores", "detection")
 """Keys of a file of indicators; the last one is for the experiments that extend it."""
 
 
-def load_indicators(text: str) -> dict[str, Indicator[Any]]:
-    """Make the indicators named in a file or a list.
-
-    Parameters
-    ----------
-    text : str
-        ``NAME,…``, ``all``, or the path of a YAML file with ``indicators:``, which may extend others;
-        or the name of such a ready one.
-
-    Raises
-    ------
-    ConfigError
-        One or more mistakes; the error lists all of them.
-    """
-    source = indicators_file(text)
-    if source is None:
-        return make_indicators(text)
-    return make_indicators(source.data["indicators"], source, ("indicators",))
-
-
 def indicators_file(text: str) -> Source | None:
     """The content of a file of indicators; None where names are given instead."""
     if not text.endswith((".yaml", ".yml")) and not located(Path(text)).is_file():
@@ -193,9 +173,18 @@ Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
 
 
 def indicators_of(given: Indicators) -> dict[str, Any]:
-    """Label → indicator."""
+    """Label → indicator; a file may extend others, or be a ready one.
+
+    Raises
+    ------
+    ConfigError
+        One or more mistakes; the error lists all of them.
+    """
     if isinstance(given, int | float):
         raise ConfigError(f"indicators: found {given!r}; is it meant as sampling_frequency={given!r}?")
-    if isinstance(given, str | PathLike):
-        return load_indicators(fspath(given))
-    return make_indicators(plain(given))
+    if not isinstance(given, str | PathLike):
+        return make_indicators(plain(given))
+    source = indicators_file(fspath(given))
+    if source is None:
+        return make_indicators(fspath(given))
+    return make_indicators(source.data["indicators"], source, ("indicators",))

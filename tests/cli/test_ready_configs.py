@@ -8,7 +8,7 @@ import pytest
 from hydrofdi.config import load_experiment
 from hydrofdi.config.loading import anchor_files
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
-from hydrofdi.indicators import indicator_names, load_indicators
+from hydrofdi.indicators import indicator_names, indicators_of
 from hydrofdi.settings.files import read_extended, ready_copy, ready_folder, ready_names
 from tests.commands import run, run_json
 
@@ -49,7 +49,7 @@ def test_files_extend_ready_ones_and_name_their_inputs(tmp_path):
 
 def test_presets_of_indicators_and_detectors_have_names(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert list(load_indicators("detectors/weak-rls")) == ["weak_rls_P1_P2_x_u"]
+    assert list(indicators_of("detectors/weak-rls")) == ["weak_rls_P1_P2_x_u"]
     assert not {*indicator_names()} & {*ready_names()}
     train = ("train", "delays/smoke", "--config", "monitoring/windows", "--out", "d.json", "--window", "5 s")
     run(*train, "--false-alarm-rate", "10 %", check=0)

@@ -18,7 +18,7 @@ from hydrofdi.indicators.estimation.plant import (
     follow_command,
     spool_transition,
 )
-from hydrofdi.indicators.kalman_filter import N_SUM, Streams, follow
+from hydrofdi.indicators.kalman_filter import N_SUM, follow, new_streams
 from hydrofdi.physics import FAST_MATH
 from hydrofdi.simulation.batch import simulate_batch
 
@@ -122,10 +122,9 @@ class Followed(NamedTuple):
     covariance: np.ndarray
 
 
-def _follow(covariance_shape, voltage, measured, *rest, tuning, every):
+def _follow(voltage, measured, *rest, tuning, every):
     n_record, n_time, _ = measured.shape
-    shapes = covariance_shape[1:], covariance_shape, (N_SUM,), (2,)
-    streams = Streams(*(np.zeros((n_record, *shape)) for shape in shapes))
+    streams = new_streams(n_record, tuning.places.size)
     means, of_means = (np.zeros((n_record, n_time // every, N_STATE)) for _ in range(2))
     sums = np.zeros((n_record, n_time // every, N_SUM))
     drive, supply = np.tile(22e-3 * voltage, (n_record, 1)), np.full((n_record, n_time), SUPPLY)
@@ -135,14 +134,13 @@ def _follow(covariance_shape, voltage, measured, *rest, tuning, every):
 
 def follow_extended(voltage, measured, tuning=TUNING, every=1):
     """By the extended filter."""
-    n = len(measured)
-    rest = np.zeros((n, N_STATE)), None, ekf.workspace(N_STEP)
-    found = _follow((N_STATE, N_STATE), voltage, measured, *rest, tuning=tuning, every=every)
-    return found._replace(covariance=found.covariance[np.ix_(range(n), PLACES, PLACES)])
+    rest = np.zeros((len(measured), N_STATE)), None, ekf.workspace(N_STEP)
+    found = _follow(voltage, measured, *rest, tuning=tuning, every=every)
+    return found._replace(covariance=found.covariance[:, : PLACES.size, : PLACES.size])
 
 
 def follow_unscented(voltage, measured, tuning=TUNING, every=1):
     """By the unscented filter."""
     rest, tuning = (None, 1.0, ukf.workspace(PLACES.size, N_STEP)), tuning.of_roots(PLACES)
-    found = _follow((PLACES.size,) * 2, voltage, measured, *rest, tuning=tuning, every=every)
+    found = _follow(voltage, measured, *rest, tuning=tuning, every=every)
     return found._replace(covariance=found.covariance @ np.swapaxes(found.covariance, 1, 2))

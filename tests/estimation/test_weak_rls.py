@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
+from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.catalogue import volterra
 from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN
@@ -108,7 +109,8 @@ def test_the_filters_are_the_kalman_filter(spread):
 @pytest.mark.parametrize(("order", "n_given", "n_own"), [(1, 1, 1), (2, 3, 2), (3, 2, 0)])
 def test_a_known_system_has_its_coefficients_one_for_each_product(order, n_given, n_own):
     draw = np.random.default_rng(order)
-    terms = volterra.polynomial_terms(n_given + n_own, order)
+    (model,) = make_indicators({"volterra": {"order": order, "input_lags": n_given, "lags": n_own}}).values()
+    terms = model._terms
     assert len(set(terms)) == len(terms) == comb(n_given + n_own + order, order)
     coefficients = draw.uniform(-0.3, 0.3, len(terms)) / len(terms)
     given, signal, start = draw.uniform(-1.0, 1.0, 1500), np.zeros(1500), max(n_given, n_own)
@@ -120,7 +122,7 @@ def test_a_known_system_has_its_coefficients_one_for_each_product(order, n_given
     found, left = volterra.ridge_regression(columns, signal[start:], 0.0)
     np.testing.assert_allclose(found, coefficients, atol=1e-8)
     assert left < 1e-10
-    assert volterra.lagged_values("u", 2, "y", 1) == ("u1", "u2", "y1")
+    assert model.outputs[0].long_name.startswith("coefficients of 1, u1, " + ("y1" if n_given == 1 else "u2"))
 
 
 def test_a_ridge_is_that_of_the_normal_equations_and_what_is_not_determined_has_no_number():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.rules import load_scores
-from hydrofdi.indicators import indicator_names, load_indicators, make_indicators, measure
+from hydrofdi.indicators import indicator_names, indicators_of, make_indicators, measure
 from hydrofdi.indicators.measuring import used_channels
 from hydrofdi.records import Channel, RecordBatch
 from indicators.signals import SAMPLING_FREQUENCY, assert_rows_stand_alone, ringing, simulated, square_wave
@@ -130,36 +130,17 @@ def test_a_record_is_measured_alike_in_any_batch_also_with_other_options(name, o
     assert_rows_stand_alone(all_channels(), name, **options)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "a4", "band_power", "cross_correlation", "dwt", "emd", "envelope", "modwt", "post_step_ac",
-        "pressure_decay", "pressure_statistics", "ring_down", "stft", "vmd", "wavelet_packet",
-    ],
-)  # fmt: skip
-def test_another_unit_of_pressure_scales_what_is_a_pressure_and_nothing_else(name):
-    records = all_channels(2)
-    options = {"rest": "whole"} if name == "pressure_decay" else {}
-    (indicator,) = make_indicators({name: options}).values()
-    channels = {each: (4.0 if each.is_pressure else 1.0) * array for each, array in records.channels.items()}
-    one = measure(records, {name: indicator}).values
-    other = measure(replace(records, channels=channels), {name: indicator}).values
-    for output in indicator.outputs:
-        key, factor = f"{name}.{output.name}", 4.0 if output.unit.startswith("Pa") else 1.0
-        np.testing.assert_allclose(other[key], factor * one[key], rtol=1e-9, atol=1e-12, err_msg=key)
-
-
 def test_files_of_indicators_are_combined(tmp_path):
     scores = "scores:\n  s: {kind: mahalanobis, of: [one.d1, one.d2]}\n"
     (tmp_path / "one.yaml").write_text(f"indicators:\n  one: {{kind: dwt, levels: 3}}\n{scores}")
     (tmp_path / "two.yaml").write_text("indicators: {two: {kind: modwt}}\n")
     both = tmp_path / "both.yaml"
     both.write_text("extends: [one.yaml, two.yaml]\n")
-    chosen = load_indicators(str(both))
+    chosen = indicators_of(str(both))
     assert {label: each.name for label, each in chosen.items()} == {"one": "dwt", "two": "modwt"}
     assert list(load_scores(str(both), chosen)) == ["s"]
     both.write_text("extends: one.yaml\nindicators: {one: {levels: 4}}\n")
-    (one,) = load_indicators(str(both)).values()
+    (one,) = indicators_of(str(both)).values()
     assert (one.name, one.options.levels) == ("dwt", 4)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from hydrofdi.indicators import indicator_kind, indicator_names, make_indicators, measure
 from hydrofdi.indicators.contract import RecursiveIndicator
+from hydrofdi.indicators.faults import doubts_of
 from indicators.signals import P1, P2, XV, U, X, batch, measured, noisy, simulated
 from indicators.test_catalogue import all_channels
 
@@ -55,6 +56,7 @@ def test_each_number_is_that_of_its_window_measured_by_itself(of, output):
             continue
         window = measure(records.window(stop - n_window, stop), make_indicators({of: {}}))
         np.testing.assert_array_equal(numbers[:, place], window.values[f"{of}.{name}"])
+    assert len(doubts_of(indicator, measure(records, {"it": indicator}).values, "it.")) == 2
 
 
 def test_a_record_has_the_mean_over_its_windows_but_those_with_a_missing_sample():

@@ -123,13 +123,8 @@ def test_a_closed_valve_comes_to_rest_where_what_is_negligible_settles(stopped: 
 
 
 def test_balances_close_at_a_small_step_and_open_where_leakage_or_friction_is_forged() -> None:
-    times = {
-        "record.step": 2e-5,
-        "record.sampling_frequency": 50e3,
-        "record.duration": 1.0,
-        "input.period": 1.0,
-    }
-    fine = RunParameters().with_values(times)
+    times = {"record.step": 2e-5, "record.sampling_frequency": 50e3, "record.duration": 1.0}
+    fine = RunParameters().with_values(times | {"input.period": 1.0})
     runs = [fine, fine.with_values({"leakage.external_coefficient": 2e-13, "fluid.bulk_modulus": 827e6})]
     trajectory = simulate_batch(runs, [0.0, 2e-9])
     residuals = balance_residuals(runs, trajectory)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Generic, Literal, TypeVar
 
 import numpy as np
@@ -15,11 +17,11 @@ from hydrofdi.indicators.catalogue.transients import alternating_side
 from hydrofdi.indicators.contract import Indicator, Output, RecursiveIndicator, RecursiveOptions
 from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS, windows_before
-from hydrofdi.indicators.estimation.valve_use import count_windows, mark_unclear
+from hydrofdi.indicators.estimation.valve_use import clear_windows, unclear_samples
 from hydrofdi.indicators.estimation.whole_record import mean_flows
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.data_sheet import PlantConstant
-from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.quantities import ABOVE, SI
 
 
 class BalanceOptions(balancing.WindowOptions):
@@ -75,7 +77,7 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         """Estimates in SI, each (n_record,)."""
         options, balance = self.options, balancing.VolumeBalance(records, self.options, self.by_spring)
         deviations, supply = options.deviations(records), np.mean(balance.supply, axis=1)[:, None]
-        columns, targets = balance.equations(balance.spool)
+        columns, targets = balance.equations
         counts = balancing.counting_windows(balance.spool, records.sampling_frequency, options)
         weights = np.ones(targets.shape)
         for _ in range(_REWEIGHTING if options.robust else 0):
@@ -90,12 +92,8 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
             of_forces *= records.sampling_frequency / options.half_window
             _add_error(estimates, of_forces, math.sqrt(options.reference_pressure))
         elif not options.robust:
-            (first, second), priors = balance.pressures, np.zeros((records.n_record, N_UNKNOWN))
-            flows = mean_flows(
-                (columns, targets, counts), priors, options.assumptions(records), balance.position,
-                first - second, options.half_window, records.sampling_frequency,
-            )  # fmt: skip
-            estimates[:, (weak_rls.MEAN, weak_rls.MEAN_ERROR)] = np.stack(flows, axis=1)
+            flows = mean_flows(balance, counts, np.zeros((records.n_record, N_UNKNOWN)))
+            estimates[:, (weak_rls.MEAN, weak_rls.MEAN_ERROR)] = flows.T
         values = balancing.named_estimates(options, estimates[:, None], supply, deviations)
         # A model that does not explain the record does not determine the leakage either: the misfit says so.
         is_prior = (estimates[:, weak_rls.UNDETERMINED] > balancing.MOST_PRIOR) & (
@@ -236,6 +234,37 @@ class WeakRlsOptions(balancing.WindowOptions, RecursiveOptions):
     least_jump: Annotated[float, SI("m", above=0)] = 8e-6
     """Travel of the spool between two samples that counts as a jump [m]."""
 
+    def decay(self, records: RecordBatch) -> float:
+        """Forgetting factor per window of the trace."""
+        if self.memory == "none":
+            return 1.0
+        return math.exp(-self.half_window / records.sampling_frequency / self.memory)
+
+
+@dataclass(frozen=True)
+class RunningBalance(balancing.VolumeBalance):
+    """The same with a supply pressure that is known from the samples before, (n_record, n_time)."""
+
+    options: WeakRlsOptions
+
+    @cached_property
+    def supply(self) -> Array:
+        """P_s at the linearisation point [Pa]."""
+        records, options, first = self.records, self.options, self.records[balancing.P1]
+        if options.n_pressure == 2:
+            total = first + records[balancing.P2]
+        else:
+            total = 2.0 * first - options.load_stiffness / options.areas[0] * self.position
+        every_sample = np.zeros(total.shape, dtype=np.bool_)
+        total, gain = total - options.return_pressure, 1.0 - options.decay(records)
+        return options.supply_over_time(records, total, every_sample, options.half_window, gain)
+
+    @property
+    def reference(self) -> Array:
+        """P_s that its prior deviation refers to [Pa]."""
+        is_known = self.options.supply_known_by(self.records) != "sum"
+        return self.supply if is_known else np.full(self.supply.shape, self.options.supply_pressure)
+
 
 class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """Internal leakage, bulk modulus and valve parameters by recursive least squares on the volume
@@ -278,87 +307,51 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     def follow(self, records: RecordBatch, due: NDArray[np.intp]) -> Mapping[str, Array]:
         """Estimates with the memory."""
-        values, _ = self._estimates(records, *self._windows(records), due, self._decay(records))
+        values, _ = self._estimates(*self._balance(records), due, self.options.decay(records))
         return values | {"disagreement": np.full(values["leakage"].shape, np.nan)}
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Values in SI of whole records; the mean leakage allows for a leak in a part of the stroke."""
-        options, every = self.options, self.samples_per_estimate(records.sampling_frequency)
-        windows, signals = self._windows(records)
-        last = np.array([records.n_time // every * every - 1])
-        estimates, undetermined = self._estimates(records, windows, signals, last, 1.0)
+        every = self.samples_per_estimate(records.sampling_frequency)
+        last, (balance, counts) = np.array([records.n_time // every * every - 1]), self._balance(records)
+        estimates, undetermined = self._estimates(balance, counts, last, 1.0)
         is_prior = undetermined[:, 0] > balancing.MOST_PRIOR
         values = {name: np.where(is_prior, np.nan, array[:, 0]) for name, array in estimates.items()}
-        _, position, first, second, *supplies = signals
-        priors = self._priors(records, *(supply[:, -1:] for supply in supplies))[:, 0]
-        flows = mean_flows(
-            windows, priors, options.assumptions(records), position, first - second, options.half_window,
-            records.sampling_frequency,
-        )  # fmt: skip
+        flows = mean_flows(balance, counts, self._priors(balance, np.array([-1]))[:, 0])
         for name, flow in zip(("mean_leakage", "mean_leakage_error"), flows, strict=True):
             values[name] = np.where(np.isfinite(values[name]), flow, np.nan)
         return values | self.stored_trace(records)
 
     def _estimates(
-        self, records: RecordBatch, windows: tuple[Array, Array, Array], signals: tuple[Array, ...],
-        due: NDArray[np.intp], decay: float,
-    ) -> tuple[dict[str, Array], Array]:  # fmt: skip
+        self, balance: RunningBalance, counts: Array, due: NDArray[np.intp], decay: float
+    ) -> tuple[dict[str, Array], Array]:
         """Outputs after the samples `due`, and the share of the prior in the variance of K_i."""
-        options, (*_, supply, reference) = self.options, (array[:, due] for array in signals)
+        options, records = self.options, balance.records
         complete = np.array([windows_before(index + 1, options.half_window) for index in due], dtype=np.int64)
-        priors = self._priors(records, supply, reference)
-        estimates = balancing.follow_equations(options, records, *windows, complete, priors, decay)
-        values = balancing.named_estimates(options, estimates, reference, options.deviations(records))
+        given = *balance.equations, counts, complete, self._priors(balance, due), decay
+        estimates = balancing.follow_equations(options, records, *given)
+        reference, deviations = balance.reference[:, due], options.deviations(records)
+        values = balancing.named_estimates(options, estimates, reference, deviations)
         return values, estimates[:, :, weak_rls.UNDETERMINED]
 
-    def _windows(self, records: RecordBatch) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
-        """Regressors, targets and counts of the windows, and the signals that they are made of."""
+    def _balance(self, records: RecordBatch) -> tuple[RunningBalance, Array]:
+        """The balance, and 1 for each of its windows that counts, else 0."""
         options, frequency = self.options, records.sampling_frequency
-        spool = options.spool_position(records)
-        unclear = np.zeros(spool.shape, dtype=np.bool_)
-        mark_unclear(
-            spool, round(options.start_up * frequency), options.least_opening, options.least_jump,
-            round(options.settling * frequency), unclear,
-        )  # fmt: skip
-        supply, reference = self._supply(records)
-        first = records[balancing.P1]
-        second = (
-            records[balancing.P2] if options.n_pressure == 2 else supply + options.return_pressure - first
-        )
-        signals = spool, options.position(records), first, second, supply, reference
-        columns, targets = balancing.window_equations(options, records, *signals)
-        counts = np.zeros(columns.shape[:2])
-        count_windows(unclear, options.half_window, counts)
-        return (columns, targets, counts), signals
+        balance = RunningBalance(records, options)
+        jumps = np.abs(np.diff(balance.spool, prepend=balance.spool[:, :1])) > ABOVE * options.least_jump
+        n_settling = round(options.settling * frequency)
+        unclear = unclear_samples(balance.spool, jumps, n_settling, options.least_opening)
+        unclear[:, : round(options.start_up * frequency)] = True
+        return balance, clear_windows(unclear, options.half_window)
 
-    def _priors(self, records: RecordBatch, supply: Array, reference: Array) -> Array:
-        """Prior means over their deviations for given supply pressures, (n_record, n_instant, N_UNKNOWN)."""
-        priors, deviation = np.zeros((*supply.shape, N_UNKNOWN)), self.options.deviations(records)[_SUPPLY]
+    def _priors(self, balance: RunningBalance, due: NDArray[np.intp]) -> Array:
+        """Prior means over their deviations after the samples `due`, (n_record, n_instant, N_UNKNOWN)."""
+        supply, reference = balance.supply[:, due], balance.reference[:, due]
+        deviation = self.options.deviations(balance.records)[_SUPPLY]
+        priors = np.zeros((*supply.shape, N_UNKNOWN))
         if deviation > 0.0:
             priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviation
         return priors
-
-    def _supply(self, records: RecordBatch) -> tuple[Array, Array]:
-        """P_s at the linearisation point, and the reference of its prior deviation [Pa]."""
-        options, every_sample = self.options, np.zeros((records.n_record, records.n_time), dtype=np.bool_)
-        if options.n_pressure == 2:
-            total = records[balancing.P1] + records[balancing.P2]
-        else:
-            total = 2.0 * records[balancing.P1] - options.load_stiffness / options.areas[
-                0
-            ] * options.position(records)
-        gain = 1.0 - self._decay(records)
-        total = total - options.return_pressure
-        supply = options.supply_over_time(records, total, every_sample, options.half_window, gain)
-        is_known = options.supply_known_by(records) != "sum"
-        return supply, supply if is_known else np.full(supply.shape, options.supply_pressure)
-
-    def _decay(self, records: RecordBatch) -> float:
-        """Forgetting factor per window of the trace."""
-        memory = self.options.memory
-        if memory == "none":
-            return 1.0
-        return math.exp(-self.options.half_window / records.sampling_frequency / memory)
 
 
 _SUPPLY = UNKNOWNS.index("supply")

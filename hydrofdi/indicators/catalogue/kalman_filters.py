@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import kalman_filter
 from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output, Trace
-from hydrofdi.indicators.estimation import ukf
-from hydrofdi.indicators.estimation.plant import STATES, Tuning
-from hydrofdi.records import Array, RecordBatch
+from hydrofdi.indicators.estimation.plant import STATES
+from hydrofdi.records import Array
 from hydrofdi.settings.quantities import SI
 
 _OF_PRIOR = 0.9
@@ -123,11 +121,6 @@ class UnscentedOptions(JointOptions):
     """Spread α of the sigma points about the mean, in √n standard deviations for n states [-]; with 0.001 it
     is nearly an extended filter."""
 
-    @property
-    def places(self) -> NDArray[np.int64]:
-        """Indices of the estimated states in ``STATES``."""
-        return np.array([index for index, name in enumerate(STATES) if name in self.estimated])
-
 
 class UkfJoint(EkfJoint):
     """Internal leakage, bulk modulus and valve parameters as states of a square-root unscented Kalman
@@ -142,21 +135,6 @@ class UkfJoint(EkfJoint):
     )
     equation = "states and measurements of ekf_joint; mean and covariance from 2n + 1 points, P = S Sᵀ"
     Options = UnscentedOptions
-    options: UnscentedOptions
-
-    @property
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        """Shapes of the state of a filter: the root of the covariance of the estimated states."""
-        n = self.options.places.size
-        return {"mean": (n,), "root": (n, n), "sums": (1,), "spool": (2,)}
-
-    def tuning(self, records: RecordBatch) -> Tuning:
-        """Known parameters of the estimated states; standard deviations in place of variances."""
-        return super().tuning(records).of_roots(self.options.places)
-
-    def spread_and_workspace(self) -> tuple[float | None, Any]:
-        """Spread of the sigma points, and scratch arrays."""
-        return self.options.spread, ukf.workspace(self.options.places.size, self.options.substeps)
 
 
 class InnovationOptions(kalman_filter.KalmanOptions):

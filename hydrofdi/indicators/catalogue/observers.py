@@ -15,7 +15,7 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output, RecursiveIndicator, RecursiveOptions, Trace
 from hydrofdi.indicators.estimation.chamber_balance import valve_signals
-from hydrofdi.indicators.estimation.valve_use import mark_unclear
+from hydrofdi.indicators.estimation.valve_use import unclear_samples
 from hydrofdi.indicators.faults import FLUID
 from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.physics import Quantity, equation, signed_root
@@ -87,11 +87,11 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
         The order is that of the indices above.
         """
         shape = records.n_record, records.n_time
-        signals, unclear = np.empty((N_SIGNAL, *shape)), np.zeros(shape, dtype=np.bool_)
+        signals, no_jump = np.empty((N_SIGNAL, *shape)), np.zeros(shape, dtype=np.bool_)
         signals[P1], signals[P2] = records[Channel.CHAMBER_1_PRESSURE], records[Channel.CHAMBER_2_PRESSURE]
         signals[POSITION] = self.position(records)
         signals[SPOOL] = self.spool_position(records)
-        mark_unclear(signals[SPOOL], 0, self.least_opening, math.inf, 0, unclear)
+        unclear = unclear_samples(signals[SPOOL], no_jump, 0, self.least_opening)
         total = signals[P1] + signals[P2] - self.return_pressure
         gain = -math.expm1(-_BLOCK / records.sampling_frequency / self.supply_memory)
         signals[SUPPLY] = self.supply_over_time(records, total, unclear, _BLOCK, gain)

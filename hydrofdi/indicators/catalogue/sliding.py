@@ -95,13 +95,15 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
         """Mean and standard deviation over the windows of a record."""
         followed, window = self.options.followed, f"windows of {self.options.window:g} s"
         return (
-            replace(followed, long_name=f"{followed.long_name}, mean over {window}", is_score=True),
+            Output(
+                followed.name, followed.unit, f"{followed.long_name}, mean over {window}",
+                direction=followed.direction,
+            ),
             Output.quality(
-                f"{followed.name}_spread",
-                followed.unit,
+                f"{followed.name}_spread", followed.unit,
                 f"{followed.long_name}, standard deviation over {window}",
             ),
-        )
+        )  # fmt: skip
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is shorter than a window, or if windows cannot be measured."""

@@ -17,21 +17,6 @@ Term = tuple[int, ...]
 """Indices of the lagged values that are multiplied; the empty tuple is the constant term."""
 
 
-def lagged_values(first: str, n_first: int, second: str, n_second: int) -> tuple[str, ...]:
-    """Names of the lagged values, in order: ``u1`` is the input one sample earlier."""
-    return tuple(
-        f"{name}{lag}" for name, n in ((first, n_first), (second, n_second)) for lag in range(1, n + 1)
-    )
-
-
-def polynomial_terms(n_value: int, order: int) -> tuple[Term, ...]:
-    """All products of up to `order` values, sorted by degree."""
-    indices = range(n_value)
-    return tuple(
-        term for degree in range(order + 1) for term in combinations_with_replacement(indices, degree)
-    )
-
-
 def block_means(samples: Array, length: int) -> Array:
     """Block means of the samples, shape (n_record, n_time // length)."""
     n_block = samples.shape[1] // length
@@ -134,7 +119,8 @@ class Volterra(Indicator[VolterraOptions]):
     @property
     def outputs(self) -> tuple[Output, ...]:
         """Coefficients, and the RMS of the residual."""
-        names = lagged_values("u", self.options.input_lags, "y", self.options.lags)
+        names = [f"u{lag}" for lag in range(1, self.options.input_lags + 1)]
+        names += [f"y{lag}" for lag in range(1, self.options.lags + 1)]
         products = ("·".join(names[index] for index in term) or "1" for term in self._terms)
         return (
             Output(
@@ -145,8 +131,10 @@ class Volterra(Indicator[VolterraOptions]):
         )  # fmt: skip
 
     @property
-    def _terms(self) -> tuple[tuple[int, ...], ...]:
-        return polynomial_terms(self.options.input_lags + self.options.lags, self.options.order)
+    def _terms(self) -> tuple[Term, ...]:
+        """All products of lagged values up to the order, sorted by degree."""
+        values, degrees = range(self.options.input_lags + self.options.lags), range(self.options.order + 1)
+        return tuple(term for degree in degrees for term in combinations_with_replacement(values, degree))
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record has fewer than two values per coefficient."""

@@ -33,11 +33,6 @@ CURRENT, ENDING, BEFORE = 0, 1, 2
 """Rows of sums: current block as first and as second half of a window, and previous block."""
 
 
-def new_sums(n_record: int, n_chamber: int) -> Array:
-    """Sums of `integrate_windows` before the first sample; the last column is the low-passed supply flow."""
-    return np.zeros((n_record, 3, N_SHARED + n_chamber * N_OWN + 1))
-
-
 def windows_before(n_sample: int, half: int) -> int:
     """Number of windows that are complete after `n_sample` samples."""
     return max(n_sample // half - 1, 0)
@@ -67,8 +62,8 @@ def integrate_windows(
 
     `spool` and `position` (n_record, n_time) [m]; `pressures` (2, n_record, n_time), and `supply` at the
     linearisation point and the `reference` of its prior deviation, (n_record, n_time) [Pa]; `weights` from
-    `weak_weights`; `sums` from `new_sums` is scratch; `columns` (n_record, n_window, n_chamber,
-    N_UNKNOWN) and `targets` [m³] are filled.
+    `weak_weights`; `sums` (n_record, 3, n_sum) is scratch, zero at first, its last column the low-passed flow
+    from the supply; `columns` (n_record, n_window, n_chamber, N_UNKNOWN) and `targets` [m³] are filled.
     """
     n_record, n_time = spool.shape
     half, n_sum, n_chamber = weights.shape[2], sums.shape[2] - 1, targets.shape[2]

@@ -7,46 +7,32 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.records import Array
-from hydrofdi.settings.quantities import ABOVE, BELOW
+from hydrofdi.settings.quantities import BELOW
 
 Flags = NDArray[np.bool_]
 
-_NO_JUMP_YET = 1e9
-"""Number of samples since the last jump, before the first jump."""
 
+def unclear_samples(spool: Array, jumps: Flags, n_settling: int, least_opening: float) -> Flags:
+    """Samples soon after a jump of the spool, or with the valve almost closed, (n_record, n_time).
 
-@kernel
-def mark_unclear(
-    spool: Array, n_start: int, least_opening: float, least_jump: float, n_settling: int, unclear: Flags
-) -> None:
-    """Mark samples at the start, with the valve almost closed, or soon after a jump of the spool.
-
-    `spool` and `unclear` (n_record, n_time); the first `n_start` samples are excluded. The valve is almost
-    closed within `least_opening` of its centre, and where it crosses it; 0 excludes nothing. A jump
-    is a travel above `least_jump` between two samples [m]; `n_settling` samples from it on, at least the one
-    that shows it, are excluded.
+    `n_settling` samples from a jump on, at least the one that shows it, are unclear. The valve is almost
+    closed within `least_opening` of its centre, and where it crosses it; 0 excludes nothing.
     """
-    n_after = n_settling if n_settling > 1 else 1
-    for r in range(spool.shape[0]):
-        last, since_jump = spool[r, 0], _NO_JUMP_YET
-        for i in range(spool.shape[1]):
-            x = spool[r, i]
-            since_jump = 0.0 if abs(x - last) > ABOVE * least_jump else since_jump + 1.0
-            is_closed = abs(x) < BELOW * least_opening or (x > 0.0) != (last > 0.0)
-            is_unclear = i < n_start or since_jump < n_after
-            last = x
-            unclear[r, i] = is_unclear or (least_opening > 0.0 and is_closed)
+    n_after, so_far = max(n_settling, 1), np.cumsum(jumps, axis=1, dtype=np.intp)
+    so_far[:, n_after:] -= so_far[:, :-n_after].copy()
+    unclear: Flags = so_far > 0
+    if least_opening > 0.0:
+        unclear |= np.abs(spool) < BELOW * least_opening
+        unclear[:, 1:] |= (spool[:, 1:] > 0.0) != (spool[:, :-1] > 0.0)
+    return unclear
 
 
-@kernel
-def count_windows(unclear: Flags, half: int, counts: Array) -> None:
-    """Fill 1 for each window (n_record, n_window) without an unclear sample, else 0."""
-    for r in range(counts.shape[0]):
-        for window in range(counts.shape[1]):
-            counts[r, window] = 1.0
-            for i in range(window * half, (window + 2) * half):
-                if unclear[r, i]:
-                    counts[r, window] = 0.0
+def clear_windows(unclear: Flags, half: int) -> Array:
+    """1 for each window (n_record, n_window) without an unclear sample, else 0."""
+    n_block = unclear.shape[1] // half
+    blocks = unclear[:, : n_block * half].reshape(len(unclear), n_block, half)
+    in_block: Flags = np.logical_or.reduce(blocks, axis=2)
+    return np.asarray(~(in_block[:, :-1] | in_block[:, 1:]), dtype=float)
 
 
 @kernel

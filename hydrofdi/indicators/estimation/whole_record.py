@@ -39,18 +39,15 @@ _ENDS = (0.01, 0.99)
 """Quantiles of the position between which the parts lie."""
 
 
-def mean_flows(
-    equations: tuple[Array, Array, Array], priors: Array, known: Assumptions, position: Array,
-    difference: Array, half: int, sampling_frequency: float,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Mean flow across piston and closed valve of any law, and its standard deviation [m³/s], (n_record,).
+def mean_flows(balance: VolumeBalance, counts: Array, priors: Array) -> Array:
+    """Mean flow across piston and closed valve of any law, and its standard deviation [m³/s].
 
-    `equations`: regressors (n_record, n_window, n_chamber, N_UNKNOWN), targets, and the windows that count
-    (n_record, n_window). `priors` (n_record, N_UNKNOWN): prior means over the prior deviations. `position`
-    and `difference` ΔP, (n_record, n_time) [m, Pa]. NaN if a value is not finite.
+    Shape (2, n_record), from the windows that count (n_record, n_window); `priors` (n_record, N_UNKNOWN):
+    prior means over the prior deviations. NaN if a value is not finite.
     """
-    columns, targets, counts = equations
-    position, difference = np.ascontiguousarray(position), np.ascontiguousarray(difference)
+    options, records, (columns, targets) = balance.options, balance.records, balance.equations
+    known, (first, second) = options.assumptions(records), balance.pressures
+    position, difference = np.ascontiguousarray(balance.position), np.ascontiguousarray(first - second)
     scales = np.concatenate((known.deviations, np.full(_N_OWN, known.deviations[_LEAK])))
     roots = np.sign(difference) * np.sqrt(np.abs(difference))
     flows = np.full((2, len(columns)), math.nan)
@@ -58,7 +55,7 @@ def mean_flows(
         ends = np.quantile(position[r], _ENDS)
         place = np.clip(_N_PLACE * (position[r] - ends[0]) / max(np.ptp(ends), 1e-12), 0, _N_PLACE - 1)
         is_at = np.floor(place) == np.arange(_N_OWN)[:, None]
-        by_place = _integrals(is_at * root, half, sampling_frequency)
+        by_place = _integrals(is_at * root, options.half_window, records.sampling_frequency)
         regressors = np.concatenate(
             (columns[r], np.broadcast_to(by_place.T[:, None], (*columns.shape[1:3], _N_OWN))), axis=2
         )
@@ -75,7 +72,7 @@ def mean_flows(
             rows[:, N_UNKNOWN:] *= own
             weights[N_UNKNOWN:] *= own
             flows[:, r] = _flow(rows, of_window, used, weights, priors[r], known)
-    return flows[0], flows[1]
+    return flows
 
 
 def _integrals(signals: Array, half: int, sampling_frequency: float) -> Array:
@@ -217,7 +214,7 @@ def _doubt(options: WindowOptions, records: RecordBatch) -> float:
     unknowns beside their priors; zero if the data sheet is right.
     """
     balance = VolumeBalance(records, options)
-    columns, targets = balance.equations(balance.spool)
+    columns, targets = balance.equations
     counts = counting_windows(balance.spool, records.sampling_frequency, options)
     known, total = options.assumptions(records), 0.0
     free = [UNKNOWNS.index(name) for name in ("internal_coefficient", "clearance")]

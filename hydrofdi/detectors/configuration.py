@@ -281,7 +281,7 @@ def _unmakable(
     try:
         make(name, options)
     except ValidationError as errors:
-        known = [*kind(name).Options.model_fields]
+        known = [*kind(name).model_fields]
         for error in errors.errors():
             yield (*path, "options", *error["loc"]), describe_error(error, known)
     except ConfigError as fault:

@@ -264,7 +264,7 @@ def chart_of(scored: HealthyScores) -> TimedChart | None:
         return None
     turned = Direction.BOTH if scored.direction is Direction.BOTH else Direction.RISING
     made = make_chart(chart.chart, {"direction": turned, **chart.options})
-    return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
+    return chart.model_copy(update={"options": made.model_dump(mode="json")})
 
 
 def chart_limit(scored: HealthyScores, chart: TimedChart, healthy: Scale) -> ChartLimit:

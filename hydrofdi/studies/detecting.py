@@ -213,7 +213,7 @@ def judge_chart(
 
 
 def _outcomes(
-    traces: Traces, scores: Array, chart: Chart[Any], limit: float, confidence: float, notes: Notes
+    traces: Traces, scores: Array, chart: Chart, limit: float, confidence: float, notes: Notes
 ) -> Iterator[Outcome[AlarmLimit | Delays]]:
     """False alarms, and delays of leaks with an onset while watched: none if leaks exist from the start."""
     records = traces.records

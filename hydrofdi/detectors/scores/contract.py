@@ -15,11 +15,8 @@ from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.scores import Array, Direction
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.quantities import Section
 
 Flags = NDArray[np.bool_]
-
-Chosen = TypeVar("Chosen", bound=Section)
 
 FROM_HEALTHY = (
     "It is trained on healthy records only: any condition that is not in the fit records, such as"
@@ -64,7 +61,7 @@ class Rule:
         return scores
 
 
-class Score(Method[Chosen]):
+class Score(Method):
     """Interface of a score: one number from several features of a record.
 
     Subclasses implement `learn`.
@@ -374,7 +371,7 @@ Numbers = NDArray[np.intp]
 
 
 def cross_fitted_scores(
-    score: Score[Any],
+    score: Score,
     values: ArrayLike,
     is_faulty: ArrayLike,
     groups: Sequence[str] | None = None,

@@ -20,7 +20,14 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Array, Direction, Estimate, comparable, share_between_0_and_1
+from hydrofdi.evaluation.scores import (
+    Array,
+    Direction,
+    Estimate,
+    comparable,
+    group_numbers,
+    share_between_0_and_1,
+)
 from hydrofdi.settings.quantities import SI
 
 State = Mapping[str, NDArray[Any]]
@@ -318,7 +325,8 @@ class FalseAlarms:
     ) -> None:
         self.chart = chart
         self.streams: Array = np.ascontiguousarray(streams, dtype=float)
-        self.groups = members(groups, self.streams.shape[0])
+        group_of = group_numbers(groups or ("",) * self.streams.shape[0])
+        self.groups = [np.flatnonzero(group_of == group) for group in np.unique(group_of)]
         self.n_draw, self._n_search = n_draw, max(1, n_draw // 10)
         self.duration = int(np.sum(~np.isnan(self.streams))) * interval
         if len(self.groups) < FEWEST_GROUPS:
@@ -417,14 +425,6 @@ class FalseAlarms:
                 yield statistic
 
         return map(along, operations(self.groups, n_draw))
-
-
-def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp]]:
-    """Positions of the streams of each group; a stream without a group (``""``) is its own group."""
-    given = ("",) * n_stream if groups is None else groups
-    names = [name or f"\0{stream}" for stream, name in enumerate(given)]
-    _, group_of = np.unique(np.asarray(names), return_inverse=True)
-    return [np.flatnonzero(group_of == group) for group in range(int(group_of.max(initial=-1)) + 1)]
 
 
 def operations(groups: list[NDArray[np.intp]], n_draw: int) -> Iterator[NDArray[np.intp]]:

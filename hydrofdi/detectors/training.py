@@ -146,19 +146,18 @@ class HealthyScores:
     def _measure(self, windows: Sequence[Window]) -> None:
         """Measure all windows that wait."""
         apart, nothing = self.is_apart[len(self.measured) :], np.full(len(self.feature.numbers), np.nan)
-        sound, measured = [window for window in windows if window.fault is None], list[verdicts.Measured]()
-        if sound:
-            records = verdicts.records_of(sound, self.channels, self.windower.sampling_frequency)
-            are_apart = [own for own, window in zip(apart, windows, strict=True) if window.fault is None]
-            for channel in (
-                each for each in self.channels if each is not verdicts.TEMPERATURE and any(are_apart)
-            ):
-                self.facts.setdefault(channel, []).append(verdicts.channel_facts(records[channel][are_apart]))
-            measured = verdicts.measured_windows(records, self.feature)
-        in_order = iter(measured)
-        for window, is_apart in zip(windows, apart, strict=True):
-            own = verdicts.Measured(nothing, window.fault) if window.fault else next(in_order)
-            self.measured.append(own if is_apart else verdicts.Measured(own.numbers))
+        pairs, sound = [*zip(windows, apart, strict=True)], iter(list[verdicts.Measured]())
+        if known := [pair for pair in pairs if pair[0].fault is None]:
+            own, are_apart = zip(*known, strict=True)
+            records = verdicts.records_of(own, self.channels, self.windower.sampling_frequency)
+            for channel in self.channels if any(are_apart) else ():
+                samples = records[channel][list(are_apart)]
+                if channel is not verdicts.TEMPERATURE:
+                    self.facts.setdefault(channel, []).append(verdicts.channel_facts(samples))
+            sound = iter(verdicts.measured_windows(records, self.feature))
+        for window, is_apart in pairs:
+            each = verdicts.Measured(nothing, window.fault) if window.fault else next(sound)
+            self.measured.append(each if is_apart else verdicts.Measured(each.numbers))
 
     @property
     def n_impossible(self) -> Counter[str]:

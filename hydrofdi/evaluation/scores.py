@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -52,6 +53,12 @@ def measurable(scores: ArrayLike) -> tuple[Array, int]:
     values = np.asarray(scores, dtype=float)
     missing = np.isnan(values)
     return values[~missing], int(missing.sum())
+
+
+def group_numbers(groups: Sequence[str]) -> NDArray[np.intp]:
+    """Group of each record, from zero; a record without a group (``""``) is its own group."""
+    names = [name or f"\0{record}" for record, name in enumerate(groups)]
+    return np.unique(np.asarray(names), return_inverse=True)[1]
 
 
 def share_between_0_and_1(name: str, value: float) -> None:

@@ -285,19 +285,9 @@ class Compensated(contract.Score):
         standardised = contract.standardisation(values)
         if standardised.kept[0] != 0:
             raise NotStatedError("the score compensated: its feature does not vary among healthy fit records")
-        features = standardised(values)
-        features = features[np.abs(features).max(axis=1) <= contract.FAR]
-        target, proxies = features[:, 0], features[:, 1:]
-        terms = quadratic_terms(proxies)
-        needed = RECORDS_PER_COEFFICIENT * terms.shape[1]
-        if target.size < needed:
-            raise NotStatedError(
-                f"the score compensated has {terms.shape[1]} coefficients and needs {needed} healthy fit"
-                f" records that have all features, none beyond ±{contract.FAR:g} standard deviations,"
-                f" not {target.size}",
-                needed,
-            )
-        coefficients = np.asarray(np.linalg.lstsq(terms, target, rcond=None)[0], dtype=float)
+        features = _near(standardised(values))
+        proxies = features[:, 1:]
+        coefficients = _regression(features[:, 0], quadratic_terms(proxies), self.name)
         return Residual(standardised, proxies.min(axis=0), proxies.max(axis=0), coefficients)
 
 
@@ -400,28 +390,32 @@ class Either(contract.Score):
         n_of = int(np.sum(standardised.kept < values.shape[1] - self.proxies))
         if standardised.kept[0] != 0:
             raise NotStatedError("the score either: its first number does not vary among healthy fit records")
-        features = standardised(values)
-        features = features[np.abs(features).max(axis=1) <= contract.FAR]
+        features = _near(standardised(values))
         of, proxies = features[:, :n_of], features[:, n_of:]
         terms = quadratic_terms(proxies)
         coefficients, origin = np.zeros((n_of, 1)), float(standardised.centre[0])
         if proxies.shape[1]:
-            needed = RECORDS_PER_COEFFICIENT * terms.shape[1]
-            if len(of) < needed:
-                raise NotStatedError(
-                    f"the score either needs {needed} healthy fit records to regress on its conditions, not"
-                    f" {len(of)}",
-                    needed,
-                )
-            coefficients, origin = np.ascontiguousarray(np.linalg.lstsq(terms, of, rcond=None)[0].T), 0.0
-        scale, variance = (
-            contract.standardisation(of - terms @ coefficients.T).scale,
-            np.linalg.pinv(terms.T @ terms),
+            coefficients, origin = np.ascontiguousarray(_regression(of, terms, self.name).T), 0.0
+        scale = contract.standardisation(of - terms @ coefficients.T).scale
+        variance = np.asarray(np.linalg.pinv(terms.T @ terms), dtype=float)
+        low, high = proxies.min(axis=0), proxies.max(axis=0)
+        return LargestResidual(origin, standardised, scale, coefficients, variance, low, high)
+
+
+def _near(features: Array) -> Array:
+    """Standardised fit records that are not wild, so that single ones do not rule a fit."""
+    return np.asarray(features[np.abs(features).max(axis=1) <= contract.FAR])
+
+
+def _regression(features: Array, terms: Array, name: str) -> Array:
+    """Coefficients of one feature, or shape (n_term, n_feature), by least squares."""
+    if len(terms) < (needed := RECORDS_PER_COEFFICIENT * terms.shape[1]):
+        raise NotStatedError(
+            f"the score {name} has {terms.shape[1]} coefficients and needs {needed} healthy fit records that"
+            f" have all features, none beyond ±{contract.FAR:g} standard deviations, not {len(terms)}",
+            needed,
         )
-        return LargestResidual(
-            origin, standardised, scale, coefficients, np.asarray(variance, dtype=float),
-            proxies.min(axis=0), proxies.max(axis=0),
-        )  # fmt: skip
+    return np.asarray(np.linalg.lstsq(terms, features, rcond=None)[0], dtype=float)
 
 
 def quadratic_terms(proxies: Array) -> Array:

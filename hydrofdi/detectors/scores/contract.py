@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import ConfigError, NotStatedError
-from hydrofdi.evaluation.scores import Array, Direction
+from hydrofdi.evaluation.scores import Array, Direction, group_numbers
 from hydrofdi.settings.messages import counted
 
 Flags = NDArray[np.bool_]
@@ -409,21 +409,14 @@ def cross_fitted_scores(
     if not features.shape[1]:
         raise NotStatedError("no number is measured in at least 90 % of the fit records")
     teaches = np.ones(faulty.size, dtype=bool) if is_fit is None else np.asarray(is_fit, dtype=bool)
-    fold = _folds(_group_numbers(groups, faulty.size), faulty, teaches, n_fold, seed)
+    group = np.arange(faulty.size) if groups is None else group_numbers(groups)
+    fold = _folds(group, faulty, teaches, n_fold, seed)
     scores = np.empty(faulty.size)
     for number in np.unique(fold):
         held_out = fold == number
         fitted = score.fit(features[teaches & ~held_out], faulty[teaches & ~held_out])
         scores[held_out] = fitted.score(features[held_out])
     return scores
-
-
-def _group_numbers(groups: Sequence[str] | None, n_record: int) -> Numbers:
-    """Group index of each record, from zero."""
-    if groups is None:
-        return np.arange(n_record)
-    alone = [name or f"\0{record}" for record, name in enumerate(groups)]
-    return np.unique(alone, return_inverse=True)[1]
 
 
 def _folds(group: Numbers, is_faulty: Flags, teaches: Flags, n_fold: int, seed: int) -> Numbers:

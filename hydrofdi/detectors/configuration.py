@@ -362,14 +362,6 @@ def options_of_machine(stated: DetectorConfig, made: Mapping[str, Indicator[Any]
     return stated.model_copy(update={"indicators": stated.indicators | stated_indicators(made)})
 
 
-def require_same_score(stated: DetectorConfig, fleet: DetectorConfig) -> None:
-    """Check that settings beside a fleet only concern the false-alarm rate."""
-    free = {*rules.Promise.model_fields, "chart", "compensate", "accept"}
-    for name in DetectorConfig.model_fields.keys() - free:
-        if getattr(stated, name) != getattr(fleet, name):
-            raise ConfigError(f"fleet: its file has {name}, so that the score is the same; leave it out")
-
-
 def setting_keys() -> dict[str, tuple[str, ...]]:
     """Keyword of `train`, and option of the command → key of `DetectorConfig`."""
     keys: dict[str, tuple[str, ...]] = {

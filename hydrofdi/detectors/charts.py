@@ -20,14 +20,7 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import (
-    Array,
-    Direction,
-    Estimate,
-    comparable,
-    group_numbers,
-    share_between_0_and_1,
-)
+from hydrofdi.evaluation.scores import Array, Direction, Estimate, comparable, group_numbers
 from hydrofdi.settings.quantities import SI
 
 State = Mapping[str, NDArray[Any]]
@@ -470,7 +463,6 @@ class Delays:
         Its distribution-free interval is that of order statistics: David and Nagaraja, Order Statistics
         (2003), section 7.1.
         """
-        share_between_0_and_1("the share of leaks", share)
         ordered = np.sort(self.values)
         rank = max(math.ceil(share * ordered.size - 1e-9), 1)
         value = float(ordered[rank - 1]) if ordered.size else math.nan

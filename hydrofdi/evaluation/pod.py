@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.scores import Array, Estimate, comparable, measurable, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, Estimate, comparable, measurable
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,6 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> HitCount:
         1 detected, 0 not, NaN not measurable.
     """
     levels, values = np.asarray(severity, dtype=float), np.asarray(outcomes, dtype=float)
-    if not np.all((levels > 0.0) & np.isfinite(levels)):
-        raise ValueError("severities must be positive")
     is_known = ~np.isnan(values)
     if not is_known.any():
         raise NotStatedError("no faulty record has a score")
@@ -345,8 +343,6 @@ def probability_of_detection(
     axis : str
         ``log`` or ``linear`` in severity.
     """
-    if not 0.0 <= false_alarm_rate < 1.0:
-        raise ValueError(f"the false-alarm rate must be from 0 to 1; found {false_alarm_rate}")
     counted = tally(severity, outcomes)
     x = place_on(axis, counted.severity, counted.span[1])
     intercept, slope = _coefficients(x, counted, false_alarm_rate)
@@ -444,7 +440,6 @@ def smallest_detectable(
     DetectableSeverity
         Severity within the tested ones, or the side on which it lies.
     """
-    share_between_0_and_1("the probability", probability)
     rise, first, last = curve.quantile_of_rise(probability), *curve.place(curve.tally.span)
     if rise == -np.inf:
         return DetectableSeverity("below", curve.tally.span[0], probability, confidence)

@@ -61,12 +61,6 @@ def group_numbers(groups: Sequence[str]) -> NDArray[np.intp]:
     return np.unique(np.asarray(names), return_inverse=True)[1]
 
 
-def share_between_0_and_1(name: str, value: float) -> None:
-    """Check that a rate, a probability or a confidence lies between 0 and 1."""
-    if not 0.0 < value < 1.0:
-        raise ValueError(f"{name} must be between 0 and 1; found {value}")
-
-
 class Kind(StrEnum):
     """Purpose of a population.
 
@@ -137,7 +131,5 @@ def suspicion(scores: ArrayLike, direction: Direction, centre: float = 0.0) -> A
     """
     values = np.asarray(scores, dtype=float)
     if direction is Direction.BOTH:
-        if not np.isfinite(centre):
-            raise ValueError("the healthy reference value is not finite")
         return np.abs(values - centre)
     return values if direction is Direction.RISING else -values

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtr, ndtri
 from scipy.stats import binomtest, t
-from sklearn import metrics
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import (
@@ -75,15 +74,6 @@ def test_intervals_reach_no_certainty_where_all_scores_are_apart():
     equal = area_under_curve(np.ones(30), np.append(np.ones(30), np.nan))
     assert equal.low < equal.value < equal.high
     assert (equal.value, equal.n_faulty) == (0.5, 30)
-
-
-def test_curves_are_those_of_scikit_learn():
-    draw = np.random.default_rng(11)
-    healthy, faulty = draw.normal(size=300).round(1), draw.normal(1.0, size=200).round(1)
-    curve = roc_curve(healthy, np.append(faulty, np.nan))
-    labels, scores = np.repeat([0, 1], [300, 200]), np.append(healthy, faulty)
-    rates = metrics.roc_curve(labels, scores, drop_intermediate=False)
-    np.testing.assert_allclose(curve, rates[:2])
 
 
 RULE = partial(quantile_threshold, false_alarm_rate=0.05)

@@ -54,7 +54,7 @@ class Rule:
         scores : ndarray, shape (n_record,)
             NaN if a feature is not finite.
         """
-        features = as_features(values)
+        features = np.ascontiguousarray(values, dtype=float)
         measured = np.isfinite(features).all(axis=1)
         scores = np.full(features.shape[0], np.nan)
         scores[measured] = self(features[measured])
@@ -92,7 +92,7 @@ class Score(Method):
         values : array_like, shape (n_fit, n_feature)
         is_faulty : array_like of bool, shape (n_fit,)
         """
-        features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
+        features, faulty = np.ascontiguousarray(values, dtype=float), np.asarray(is_faulty, dtype=bool)
         used = np.isfinite(features).all(axis=1) & (self.needs_faulty | ~faulty)
         features, faulty = features[used], faulty[used]
         counts = {"healthy": np.sum(~faulty), "faulty": np.sum(faulty)}
@@ -115,14 +115,6 @@ class Score(Method):
         is_faulty : ndarray of bool, shape (n_fit,)
         """
         raise NotImplementedError
-
-
-def as_features(values: ArrayLike) -> Array:
-    """Features as an array of shape (n_record, n_feature) with contiguous rows."""
-    features = np.ascontiguousarray(values, dtype=float)
-    if features.ndim != 2:
-        raise ValueError(f"features must have the shape (n_record, n_feature), not {features.shape}")
-    return features
 
 
 Made = TypeVar("Made")
@@ -405,7 +397,7 @@ def cross_fitted_scores(
     scores : ndarray, shape (n_record,)
         NaN if a feature is not finite.
     """
-    features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
+    features, faulty = np.ascontiguousarray(values, dtype=float), np.asarray(is_faulty, dtype=bool)
     if not features.shape[1]:
         raise NotStatedError("no number is measured in at least 90 % of the fit records")
     teaches = np.ones(faulty.size, dtype=bool) if is_fit is None else np.asarray(is_fit, dtype=bool)

@@ -125,7 +125,7 @@ def _allow_short_faults(faults: dict[str, Any]) -> None:
 def _allow_short_options(definitions: dict[str, Any], section: str, kinds: Iterable[Any]) -> None:
     """Let the options of kinds stand in addition to the other keys of a section."""
     for kind in kinds:
-        options = kind.Options.model_json_schema()
+        options = kind.model_json_schema()
         definitions[section]["properties"] |= options.get("properties", {})
         definitions |= options.get("$defs", {})
 

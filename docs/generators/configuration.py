@@ -15,7 +15,7 @@ from generators.writing import table, write_page
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.study import WatchedChart
-from hydrofdi.detectors.charts import ChartOptions
+from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.rules import chart_kind, chart_names
 from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.records.description import MeasuredConfig, SamplesConfig
@@ -117,17 +117,13 @@ def _section(names: list[str], model: type[BaseModel], lead: str | None = None) 
 def _rules() -> Iterator[str]:
     """The options of every chart, those that all share first."""
     yield "\nOptions of every rule; a study takes `direction` from the indicator unless it is stated:\n"
-    yield _table(ChartOptions.model_fields, field_texts(ChartOptions))
+    yield _table(Chart.model_fields, field_texts(Chart))
     for name in chart_names():
         kind = chart_kind(name)
-        own = {
-            key: info
-            for key, info in kind.Options.model_fields.items()
-            if key not in ChartOptions.model_fields
-        }
+        own = {key: info for key, info in kind.model_fields.items() if key not in Chart.model_fields}
         yield f"\n`{name}`: {kind.summary} {kind.caution}\n"
         if own:
-            yield _table(own, field_texts(kind.Options))
+            yield _table(own, field_texts(kind))
 
 
 def _table(fields: dict[str, FieldInfo], texts: dict[str, str]) -> str:

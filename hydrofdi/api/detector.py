@@ -21,7 +21,6 @@ from hydrofdi.detectors.lines import Line, line_record
 from hydrofdi.detectors.promise import alarms_per_hour, promise_text, sentences
 from hydrofdi.detectors.windows import Tally, judged_windows
 from hydrofdi.errors import ConfigError, DataError, StoreError
-from hydrofdi.evaluation.rates import FEWEST_GROUPS
 from hydrofdi.indicators.measuring import used_channels
 from hydrofdi.indicators.selection import Indicators, of_machine
 from hydrofdi.records import Channel
@@ -399,7 +398,6 @@ def train(
     healthy: str | int | Sequence[str | int] = (),
     best: bool = False,
     sensors: str | Sequence[str] = (),
-    fleet: str | PathLike[str] | None = None,
     config: str | PathLike[str] | Mapping[str, Any] | None = None,
     out: str | PathLike[str] | None = None,
     command: str = "",
@@ -430,10 +428,6 @@ def train(
         on the fit records of the study, which are simulated again unless their signals are stored.
     sensors : str or sequence of str
         Sensors that the winner may need, such as ``P1,P2,x,u``; all by default.
-    fleet : path, optional
-        Detector of a fleet, each machine of which is a group or a record, by `train`: its settings and its
-        score are used. If the own healthy windows are too few for a threshold, the limits are those of normal
-        scores of a machine like these, given the own windows (at least one).
     config : path or mapping, optional
         YAML file, or a mapping, with these settings, options of the indicator and a chart; what is given
         beside it wins.
@@ -479,7 +473,7 @@ def train(
     if indicator is not None and config is None and not is_name:
         config, indicator = configuration.config_of(indicator), None
     keys, given = configuration.setting_keys(), {"indicator": indicator} | settings
-    stored = of_fleet = None
+    stored = None
     if best:
         if config is not None or indicator is not None:
             raise ConfigError("best: the study chooses the indicators and the score; give neither")
@@ -489,19 +483,6 @@ def train(
         config = winner_settings(stored, names_of("sensors", sensors, "symbols of sensors"))
     elif sensors:
         raise ConfigError("sensors: is for best, the winner of a study")
-    if fleet is not None:
-        if best or config is not None or indicator is not None:
-            raise ConfigError("fleet: its file has the indicator and the settings; give no others")
-        of_fleet = Detector.load(fleet)
-        if of_fleet.file.fleet is None:
-            raise ConfigError(
-                f"{of_fleet.path}: is not a fleet: it needs {FEWEST_GROUPS} healthy machines or more, each a"
-                " group or a record with two windows or more"
-            )
-        settings_of = of_fleet.file.config.model_dump(mode="json")
-        config = {key: value for key, value in settings_of.items() if value} | {
-            "chart": None, "compensate": False, "accept": of_fleet.file.config.accept,
-        }  # fmt: skip
     stated = configuration.stated_detector(
         config if config is None or isinstance(config, Mapping) else path_of(config),
         {
@@ -510,8 +491,6 @@ def train(
             if value is not None
         },
     )
-    if of_fleet is not None:
-        configuration.require_same_score(stated, of_fleet.file.config)
     if out is not None:
         require_place(path_of(out))
     feature = configuration.feature_of(stated)
@@ -523,9 +502,6 @@ def train(
         from hydrofdi.execution.simulated import records_of_study
 
         sources = [records_of_study(stored, needed)]
-    if of_fleet is not None:
-        for source in sources:
-            of_fleet.file.require_machine(source.data_sheet, source.name)
     records = HealthyRecords(sources, tuple(names_of("healthy", healthy, "labels of healthy records")))
     faulty = replace(records, is_faulty=True)
     detector = Detector.fit(
@@ -533,7 +509,6 @@ def train(
         configuration.options_of_machine(stated, of_machine(feature.indicators, sources)),
         sources=[source.name for source in sources],
         faulty=faulty,
-        fleet=of_fleet,
         is_measured=all(experiment_of(each) is None for each in sources),
         command=command,
     )

@@ -40,14 +40,6 @@ def train(
     sensors: Annotated[
         str, typer.Option(metavar="P1,P2,…", help="With --best: sensors that the winner may need.")
     ] = "",
-    fleet: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Detector of a fleet with the same score, whose settings are used: its machines make up for"
-            " own windows that are too few.",
-        ),
-    ] = None,
     **settings: Any,
 ) -> Found:
     """Train a detector on healthy records and show the evidence for its false-alarm rate.
@@ -60,7 +52,7 @@ def train(
     from hydrofdi.tables.answer import Reply
 
     command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
-    settings |= {"best": best, "sensors": sensors or (), "fleet": fleet}
+    settings |= {"best": best, "sensors": sensors or ()}
     detector = hydrofdi.train(sources, out=out, command=command, **settings)
     left, told = detector.left_out, []
     if left.n_rejected:

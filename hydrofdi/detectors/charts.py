@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,8 +20,8 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Array, Direction, Estimate, comparable, share_between_0_and_1
-from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.evaluation.scores import Array, Direction, Estimate, comparable, group_numbers
+from hydrofdi.settings.quantities import SI
 
 State = Mapping[str, NDArray[Any]]
 """State of a chart between chunks: arrays, so that it can be stored."""
@@ -30,17 +30,7 @@ LARGEST = 1e9
 """Standardised scores are limited to ± this value; infinite scores too."""
 
 
-class ChartOptions(Section):
-    """Options of every chart."""
-
-    direction: Direction = Direction.BOTH
-    """Direction in which the score raises an alarm: ``rising``, ``falling`` or ``both``."""
-
-
-Chosen = TypeVar("Chosen", bound=ChartOptions)
-
-
-class Chart(Method[Chosen]):
+class Chart(Method):
     """Interface of a chart: a statistic of all scores so far; x in its equation is the standardised score.
 
     Attributes
@@ -52,6 +42,9 @@ class Chart(Method[Chosen]):
     """
 
     kernel: ClassVar[Callable[..., None]]
+
+    direction: Direction = Direction.BOTH
+    """Direction in which the score raises an alarm: ``rising``, ``falling`` or ``both``."""
 
     @property
     def n_memory(self) -> int:
@@ -85,15 +78,14 @@ class Chart(Method[Chosen]):
         statistic : ndarray, shape (n_stream, n_time)
             Alarm if statistic >= limit.
         """
-        direction = self.options.direction
-        sign = -1.0 if direction is Direction.FALLING else 1.0
+        sign = -1.0 if self.direction is Direction.FALLING else 1.0
         held = np.ascontiguousarray(np.clip(sign * np.asarray(scores, dtype=float), -LARGEST, LARGEST))
         # A copy, as the caller keeps the old state.
         memory = np.array(state["memory"], dtype=float, order="C")
         if held.ndim != 2 or held.shape[0] != memory.shape[0]:
             raise ValueError(f"expected scores of {memory.shape[0]} streams in the shape (n_stream, n_time)")
         statistic = np.empty_like(held)
-        self.kernel(held, statistic, memory, float(limit), direction is Direction.BOTH, *self.arguments)
+        self.kernel(held, statistic, memory, float(limit), self.direction is Direction.BOTH, *self.arguments)
         return {"memory": memory}, statistic
 
     def follow(self, scores: ArrayLike, limit: float = math.inf) -> Array:
@@ -128,14 +120,7 @@ def _cusum(
         memory[stream, 0], memory[stream, 1] = rising, falling
 
 
-class CusumOptions(ChartOptions):
-    """Options of `Cusum`."""
-
-    shift: Annotated[float, SI("1", above=0)] = 1.0
-    """Change of the mean that is detected fastest, in healthy standard deviations [-]; k is half of it."""
-
-
-class Cusum(Chart[CusumOptions]):
+class Cusum(Chart):
     """Page's cumulative sum with reference value k, two-sided unless a direction is chosen.
 
     C⁺ ← max(0, C⁺ + x − k), C⁻ ← max(0, C⁻ − x − k), statistic max(C⁺, C⁻), k = shift/2.
@@ -149,13 +134,15 @@ class Cusum(Chart[CusumOptions]):
         " size."
     )
     caution = "Healthy records with a mean above k accumulate like a leak: use a larger shift."
-    Options = CusumOptions
     kernel = staticmethod(_cusum)
+
+    shift: Annotated[float, SI("1", above=0)] = 1.0
+    """Change of the mean that is detected fastest, in healthy standard deviations [-]; k is half of it."""
 
     @property
     def arguments(self) -> tuple[float]:
         """The reference value k."""
-        return (self.options.shift / 2.0,)
+        return (self.shift / 2.0,)
 
 
 @kernel
@@ -190,17 +177,7 @@ def _ewma(
         memory[stream, 0], memory[stream, 1] = mean, settled
 
 
-class EwmaOptions(ChartOptions):
-    """Options of `Ewma`."""
-
-    weight: Annotated[float, SI("1", above=0, most=1)] = 0.1
-    """Weight λ of the newest score [-]; the memory is about 1/λ scores. 1: each score by itself."""
-
-    variance: Literal["exact", "limiting"] = "exact"
-    """Variance of the average: ``exact`` for the time since the start, or its limit (``limiting``)."""
-
-
-class Ewma(Chart[EwmaOptions]):
+class Ewma(Chart):
     """Exponentially weighted mean over its standard deviation for independent scores.
 
     z ← (1 − λ) z + λ x, statistic |z|/σ, σ² = λ/(2 − λ) (1 − (1 − λ)²ᵗ).
@@ -213,13 +190,18 @@ class Ewma(Chart[EwmaOptions]):
         "Exponentially weighted mean over its standard deviation; for changes of up to about one spread."
     )
     caution = "With dependent scores the spread of the mean exceeds σ: set the limit from records."
-    Options = EwmaOptions
     kernel = staticmethod(_ewma)
+
+    weight: Annotated[float, SI("1", above=0, most=1)] = 0.1
+    """Weight λ of the newest score [-]; the memory is about 1/λ scores. 1: each score by itself."""
+
+    variance: Literal["exact", "limiting"] = "exact"
+    """Variance of the average: ``exact`` for the time since the start, or its limit (``limiting``)."""
 
     @property
     def arguments(self) -> tuple[float, bool]:
         """Weight, and whether the variance is exact."""
-        return self.options.weight, self.options.variance == "exact"
+        return self.weight, self.variance == "exact"
 
 
 @kernel
@@ -247,14 +229,7 @@ def _glr(scores: Array, statistic: Array, memory: Array, limit: float, is_two_si
                     memory[stream, index] = 0.0
 
 
-class GlrOptions(ChartOptions):
-    """Options of `Glr`."""
-
-    window: Annotated[int, Field(ge=1)] = 100
-    """Number of newest scores searched for a change."""
-
-
-class Glr(Chart[GlrOptions]):
+class Glr(Chart):
     """Log-likelihood ratio of the best change of the mean within the window against no change.
 
     statistic max over j ≤ window of S²/(2 j), S the sum of the j newest scores.
@@ -266,13 +241,15 @@ class Glr(Chart[GlrOptions]):
     name = "glr"
     summary = "Most likely change of the mean, of any size and at any instant within a window."
     caution = "Changes before the window are not detected; the cost grows with the window."
-    Options = GlrOptions
     kernel = staticmethod(_glr)
+
+    window: Annotated[int, Field(ge=1)] = 100
+    """Number of newest scores searched for a change."""
 
     @property
     def n_memory(self) -> int:
         """The newest scores, padded with zeros, which do not change the largest ratio."""
-        return self.options.window
+        return self.window
 
 
 HOUR = 3600.0
@@ -332,7 +309,7 @@ class FalseAlarms:
 
     def __init__(
         self,
-        chart: Chart[Any],
+        chart: Chart,
         streams: ArrayLike,
         interval: float,
         *,
@@ -341,7 +318,8 @@ class FalseAlarms:
     ) -> None:
         self.chart = chart
         self.streams: Array = np.ascontiguousarray(streams, dtype=float)
-        self.groups = members(groups, self.streams.shape[0])
+        group_of = group_numbers(groups or ("",) * self.streams.shape[0])
+        self.groups = [np.flatnonzero(group_of == group) for group in np.unique(group_of)]
         self.n_draw, self._n_search = n_draw, max(1, n_draw // 10)
         self.duration = int(np.sum(~np.isnan(self.streams))) * interval
         if len(self.groups) < FEWEST_GROUPS:
@@ -442,14 +420,6 @@ class FalseAlarms:
         return map(along, operations(self.groups, n_draw))
 
 
-def members(groups: Sequence[str] | None, n_stream: int) -> list[NDArray[np.intp]]:
-    """Positions of the streams of each group; a stream without a group (``""``) is its own group."""
-    given = ("",) * n_stream if groups is None else groups
-    names = [name or f"\0{stream}" for stream, name in enumerate(given)]
-    _, group_of = np.unique(np.asarray(names), return_inverse=True)
-    return [np.flatnonzero(group_of == group) for group in range(int(group_of.max(initial=-1)) + 1)]
-
-
 def operations(groups: list[NDArray[np.intp]], n_draw: int) -> Iterator[NDArray[np.intp]]:
     """Draw whole streams to be concatenated: block bootstrap with the streams of a group as blocks.
 
@@ -493,16 +463,13 @@ class Delays:
         Its distribution-free interval is that of order statistics: David and Nagaraja, Order Statistics
         (2003), section 7.1.
         """
-        share_between_0_and_1("the share of leaks", share)
         ordered = np.sort(self.values)
         rank = max(math.ceil(share * ordered.size - 1e-9), 1)
         value = float(ordered[rank - 1]) if ordered.size else math.nan
         return Estimate(value, *_order_statistics(ordered, share, confidence))
 
 
-def delays(
-    chart: Chart[Any], limit: float, streams: ArrayLike, instants: ArrayLike, onset: ArrayLike
-) -> Delays:
+def delays(chart: Chart, limit: float, streams: ArrayLike, instants: ArrayLike, onset: ArrayLike) -> Delays:
     """Detection delays of a chart that runs from the start of each stream.
 
     Parameters

@@ -252,11 +252,10 @@ def unmakable(config: DetectorConfig) -> Iterator[tuple[KeyPath, str]]:
     """Key and message of each reason for which the detector's score or chart cannot be made."""
     score, chart = config.score, config.chart
     if score is None:
-        own = [
-            *_unmakable((), "indicator", sound_indicator, indicator_kind, config.indicator, config.options)
-        ]
+        model: Any = lambda name: indicator_kind(name).Options  # noqa: E731
+        own = [*_unmakable(("indicator",), sound_indicator, model, config.indicator, config.options)]
     else:
-        own = [*_unmakable(("score",), "kind", rules.make_score, rules.score_kind, score.kind, score.options)]
+        own = [*_unmakable(("score", "kind"), rules.make_score, rules.score_kind, score.kind, score.options)]
     for key, make in (("output" if score is None else "score", feature_of), ("direction", direction_of)):
         try:
             if not own:
@@ -265,27 +264,21 @@ def unmakable(config: DetectorConfig) -> Iterator[tuple[KeyPath, str]]:
             own = [((key,), str(fault))]
     yield from own
     if chart is not None:
-        yield from _unmakable(
-            ("chart",), "chart", rules.make_chart, rules.chart_kind, chart.chart, chart.options
-        )
+        made = rules.make_chart, rules.chart_kind, chart.chart, chart.options
+        yield from _unmakable(("chart", "chart"), *made)
 
 
 def _unmakable(
-    path: KeyPath,
-    key: str,
-    make: Callable[..., Any],
-    kind: Callable[..., Any],
-    name: str,
-    options: Mapping[str, Any],
+    path: KeyPath, make: Callable[..., Any], model: Callable[..., Any], name: str, options: Mapping[str, Any]
 ) -> Iterator[tuple[KeyPath, str]]:
     try:
         make(name, options)
     except ValidationError as errors:
-        known = [*kind(name).Options.model_fields]
+        known = [*model(name).model_fields]
         for error in errors.errors():
-            yield (*path, "options", *error["loc"]), describe_error(error, known)
+            yield (*path[:-1], "options", *error["loc"]), describe_error(error, known)
     except ConfigError as fault:
-        yield (*path, key), str(fault)
+        yield path, str(fault)
 
 
 def stated_detector(
@@ -367,14 +360,6 @@ def options_of_machine(stated: DetectorConfig, made: Mapping[str, Indicator[Any]
         (options,) = (each.options.model_dump(exclude_unset=True) for each in made.values())
         return stated.model_copy(update={"options": options})
     return stated.model_copy(update={"indicators": stated.indicators | stated_indicators(made)})
-
-
-def require_same_score(stated: DetectorConfig, fleet: DetectorConfig) -> None:
-    """Check that settings beside a fleet only concern the false-alarm rate."""
-    free = {*rules.Promise.model_fields, "chart", "compensate", "accept"}
-    for name in DetectorConfig.model_fields.keys() - free:
-        if getattr(stated, name) != getattr(fleet, name):
-            raise ConfigError(f"fleet: its file has {name}, so that the score is the same; leave it out")
 
 
 def setting_keys() -> dict[str, tuple[str, ...]]:

@@ -68,7 +68,6 @@ class Detector:
         *,
         sources: Sequence[str] = (),
         faulty: RecordSource | None = None,
-        fleet: Detector | None = None,
         is_measured: bool = False,
         command: str = "",
     ) -> Self:
@@ -85,9 +84,6 @@ class Detector:
             Names of the sources; by default that of `healthy`.
         faulty : RecordSource, optional
             Only faulty records, for scores that learn from them too.
-        fleet : Detector, optional
-            Detector of a fleet. Its score is used as it is; with `config` of the same score, its summary
-            makes up for healthy windows that are too few.
         is_measured : bool
             Whether a machine was measured: then the limit of a flow allows for warmer oil, if its
             temperature is not known.
@@ -109,17 +105,12 @@ class Detector:
 
         if not isinstance(config, DetectorConfig):
             raise refusal("config", "a DetectorConfig (hydrofdi.train takes any data and settings)", config)
-        known = None if fleet is None else fleet.file
-        name = fleet.path.name if fleet and fleet.path else ""
-        scored = training.healthy_scores(healthy, config, known, name)
-        score = scored.learn(None if config.score is None else faulty, known.score if known else None)
+        scored = training.healthy_scores(healthy, config)
+        score = scored.learn(None if config.score is None else faulty)
         scored.require_scores(healthy.name)
         chart, first, feature = limits.chart_of(scored), scored.first, scored.feature
-        of_fleet, others = known.fleet if known else None, ""
-        own, scale = limits.own_limits(scored, has_chart=chart is not None, fleet=of_fleet)
-        if of_fleet is not None and own.interval_rests_on == "fleet":
-            others = f"{name}, {of_fleet.n_machine} machines"
-        elif is_measured and verdicts.TEMPERATURE not in scored.channels and config.compensate:
+        own, scale = limits.limits_of(scored, has_chart=chart is not None), scored.scale()
+        if is_measured and verdicts.TEMPERATURE not in scored.channels and config.compensate:
             own, score = limits.with_allowance(own, score, scored)
         used = feature if score is None else feature.of(score.numbers)
         options = [each.options for each in feature.indicators.values()]
@@ -137,15 +128,14 @@ class Detector:
             channels=scored.channels,
             sampling_frequency=first.sampling_frequency,
             n_sample=scored.n_sample,
-            basis=scored.basis(sources or (healthy.name,), scale, others),
-            fleet=limits.fleet_of(scored.scores, scored.of_scores),
+            basis=scored.basis(sources or (healthy.name,), scale),
             healthy=scale,
             limits=own,
             chart=None if chart is None else limits.chart_limit(scored, chart, scale),
             ranges={each: verdicts.learned_range(each, facts) for each, facts in scored.facts.items()},
             conditions=scored.conditions,
             positive=scored.positive(used),
-            fits=scored.fits(used, known.fits if known else {}),
+            fits=scored.fits(used),
             drive=scored.drive,
         )
         return cls(file)

@@ -87,7 +87,7 @@ class Basis(FileSection):
     """Kind of fault → number of healthy windows that were not used because of it."""
 
     fleet: str = ""
-    """File and size of the fleet that the limits rest on too; empty if there is none."""
+    """File and size of the fleet that limits of earlier versions rest on too."""
 
     impossible: dict[str, Count] = Field(default_factory=dict)
     """Output → number of healthy windows in which it is impossible, or does not fit."""
@@ -145,26 +145,6 @@ class Limits(FileSection):
     """``windows``: windows are assumed independent. ``records``, ``groups``: cross-validation, in which each
     record or group is tested with the limits of the others. ``fleet``: normal scores of a machine like those
     of a fleet."""
-
-
-class Fleet(FileSection):
-    """Healthy scores over the groups or records of the training, if each is a machine, in the unit of the
-    output."""
-
-    n_machine: int = Field(ge=5)
-    """Number of groups or records with two windows or more."""
-
-    mean: float
-    """Mean of the mean scores of machines."""
-
-    mean_deviation: float = Field(gt=0.0)
-    """Standard deviation of the mean scores of machines."""
-
-    log_deviation: float
-    """Mean natural logarithm of the standard deviation of the scores of a machine."""
-
-    log_deviation_deviation: float = Field(gt=0.0)
-    """Standard deviation of this logarithm over machines."""
 
 
 class ChartLimit(FileSection):
@@ -284,8 +264,8 @@ class DetectorFile(FileSection):
     healthy: Scale
     limits: Limits
     chart: ChartLimit | None = None
-    fleet: Fleet | None = None
-    """Spread over machines; null if fewer than five groups or records have two windows."""
+    fleet: Any = Field(default=None, exclude=True)
+    """Spread over machines in files of earlier versions; has no effect."""
 
     ranges: dict[Channel, ChannelRange]
     """Healthy range of each channel."""

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from importlib import import_module
-from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from numpy.typing import ArrayLike
 from pydantic import Field, ValidationError, model_validator
@@ -22,11 +22,9 @@ from hydrofdi.settings.files import Source, validated
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.quantities import SI, Section
 
-Chosen = TypeVar("Chosen", bound=Section)
 
-
-class Method(Generic[Chosen]):
-    """A score or a chart.
+class Method(Section):
+    """A score or a chart. Its fields are its options, which all have defaults.
 
     Attributes
     ----------
@@ -36,25 +34,15 @@ class Method(Generic[Chosen]):
         What it computes, in one sentence.
     caution : str
         Limitations that users must know.
-    Options : type of Section
-        Model of its options; all of them have defaults.
-    options : Section
-        Options of this instance.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
     caution: ClassVar[str]
-    Options: ClassVar[type[Section]] = Section
-    options: Chosen
-
-    def __init__(self, options: Chosen | None = None) -> None:
-        chosen: Any = self.Options() if options is None else options
-        self.options = chosen
 
 
 class _Registry:
-    """Classes of a module with a ``name`` and ``Options``."""
+    """Classes of a module with a ``name``."""
 
     def __init__(self, module: str, noun: str) -> None:
         self._module, self._noun = module, noun
@@ -78,8 +66,7 @@ class _Registry:
 
     def make(self, name: str, options: Mapping[str, Any] | None = None) -> Any:
         """An instance with options."""
-        kind = self.kind(name)
-        return kind(kind.Options.model_validate(dict(options or {})))
+        return self.kind(name).model_validate(dict(options or {}))
 
 
 _SCORES = _Registry("scores.catalogue", "score")
@@ -218,7 +205,7 @@ def normalize_score(source: Source, score: Any, path: Path, made: Mapping[str, I
     if not isinstance(score, dict):
         return
     kind = score.get("kind")
-    model = score_kind(kind).Options if kind in score_names() else Section
+    model = score_kind(kind) if kind in score_names() else Section
     move_options(source, score, path, ScoreConfig.model_fields, model)
     numbers = [
         f"{label}.{output.name}" for label, each in made.items() for output in each.outputs if output.is_score
@@ -233,7 +220,7 @@ def normalize_score(source: Source, score: Any, path: Path, made: Mapping[str, I
 def normalize_chart(source: Source, chart: Any, path: Path, model: type[ChartConfig]) -> None:
     """Move the options of a chart under ``options``, and check them."""
     if isinstance(chart, dict) and (rule := chart.get("chart", "cusum")) in chart_names():
-        move_options(source, chart, path, model.model_fields, chart_kind(rule).Options)
+        move_options(source, chart, path, model.model_fields, chart_kind(rule))
 
 
 def move_options(

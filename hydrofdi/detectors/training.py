@@ -20,9 +20,9 @@ from hydrofdi.detectors.configuration import (
     feature_of,
     stated_indicators,
 )
-from hydrofdi.detectors.file import Basis, DetectorFile, Scale, TrainedScore
+from hydrofdi.detectors.file import Basis, Scale, TrainedScore
 from hydrofdi.detectors.rules import OF_ONE, ScoreConfig, make_score
-from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
+from hydrofdi.detectors.scores.contract import cross_fitted_scores, healthy_scale, known_numbers, plain_data
 from hydrofdi.errors import ConfigError, DataError, Issue, NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import WindowOptions
@@ -146,19 +146,18 @@ class HealthyScores:
     def _measure(self, windows: Sequence[Window]) -> None:
         """Measure all windows that wait."""
         apart, nothing = self.is_apart[len(self.measured) :], np.full(len(self.feature.numbers), np.nan)
-        sound, measured = [window for window in windows if window.fault is None], list[verdicts.Measured]()
-        if sound:
-            records = verdicts.records_of(sound, self.channels, self.windower.sampling_frequency)
-            are_apart = [own for own, window in zip(apart, windows, strict=True) if window.fault is None]
-            for channel in (
-                each for each in self.channels if each is not verdicts.TEMPERATURE and any(are_apart)
-            ):
-                self.facts.setdefault(channel, []).append(verdicts.channel_facts(records[channel][are_apart]))
-            measured = verdicts.measured_windows(records, self.feature)
-        in_order = iter(measured)
-        for window, is_apart in zip(windows, apart, strict=True):
-            own = verdicts.Measured(nothing, window.fault) if window.fault else next(in_order)
-            self.measured.append(own if is_apart else verdicts.Measured(own.numbers))
+        pairs, sound = [*zip(windows, apart, strict=True)], iter(list[verdicts.Measured]())
+        if known := [pair for pair in pairs if pair[0].fault is None]:
+            own, are_apart = zip(*known, strict=True)
+            records = verdicts.records_of(own, self.channels, self.windower.sampling_frequency)
+            for channel in self.channels if any(are_apart) else ():
+                samples = records[channel][list(are_apart)]
+                if channel is not verdicts.TEMPERATURE:
+                    self.facts.setdefault(channel, []).append(verdicts.channel_facts(samples))
+            sound = iter(verdicts.measured_windows(records, self.feature))
+        for window, is_apart in pairs:
+            each = verdicts.Measured(nothing, window.fault) if window.fault else next(sound)
+            self.measured.append(each if is_apart else verdicts.Measured(each.numbers))
 
     @property
     def n_impossible(self) -> Counter[str]:
@@ -249,10 +248,8 @@ class HealthyScores:
         numbers = np.unique(np.asarray(self.groups), return_inverse=True)[1]
         return numbers[np.array(self.record, dtype=np.intp)[self.is_used]]
 
-    def learn(self, faulty: RecordSource | None, learned: TrainedScore | None) -> TrainedScore | None:
-        """Set the scores of the windows: the number itself, the score that a fleet learned, or the
-        cross-fitted score of several numbers.
-        """
+    def learn(self, faulty: RecordSource | None) -> TrainedScore | None:
+        """Set the scores of the windows: the number itself, or the cross-fitted score of several numbers."""
         config, both, n_healthy = self.config, [self], len(self.measured)
         if faulty is not None:
             both.append(HealthyScores(config, self.first, self.drive))
@@ -262,10 +259,6 @@ class HealthyScores:
             self.all_scores = values.reshape(-1)
             return None
         numbers = [*self.feature.numbers]
-        if learned is not None:
-            kept = [place for place, name in enumerate(numbers) if name in learned.numbers]
-            self.all_scores = learned.fitted(config.score.kind).score(values[:n_healthy, kept])
-            return learned
         is_fit = np.array([is_apart for each in both for is_apart in each.is_apart])
         is_faulty = np.arange(len(values)) >= n_healthy
         score = make_score(config.score.kind, config.score.options)
@@ -345,15 +338,19 @@ class HealthyScores:
         names = (name for name, each in used.outputs.items() if each.is_positive)
         return tuple(name for name in names if (name, "not_positive") not in doubts)
 
-    def fits(self, used: Feature, of_fleet: Mapping[str, float]) -> dict[str, float]:
+    def fits(self, used: Feature) -> dict[str, float]:
         """Output that states how well the model explains a window → largest value without a doubt."""
         usual = {name: each.possible[1] or 0.0 for name, each in used.outputs.items() if each.is_fit}
         return {
-            name: max(value, *(each.fits[name] for each in self.complete), of_fleet.get(name, value))
-            for name, value in usual.items()
+            name: max(value, *(each.fits[name] for each in self.complete)) for name, value in usual.items()
         }
 
-    def basis(self, sources: Sequence[str], healthy: Scale, fleet: str) -> Basis:
+    def scale(self) -> Scale:
+        """Median, spread and range of the scores that set limits."""
+        (centre, spread), own = healthy_scale(self.scores), self.scores
+        return Scale(centre=centre, spread=spread, range=(float(own.min()), float(own.max())))
+
+    def basis(self, sources: Sequence[str], healthy: Scale) -> Basis:
         """The data behind a detector."""
         spreads = verdicts.standardised(self.scores, healthy, self.direction)
         spreads = np.abs(spreads) if self.direction is Direction.BOTH else spreads
@@ -370,7 +367,6 @@ class HealthyScores:
             not_judged=dict(sorted(Counter(fault.kind for fault in self.faults).items())),
             impossible=dict(sorted(self.n_impossible.items())),
             likely=self._likely,
-            fleet=fleet,
             outlying={self.records[index].name: n for index, n in far.items() if 2 * n > windows[index]},
             drive_period=found_period(self.first),
         )
@@ -390,18 +386,13 @@ def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterato
             yield from windows
 
 
-def healthy_scores(
-    healthy: RecordSource, config: DetectorConfig, fleet: DetectorFile | None, fleet_name: str
-) -> HealthyScores:
-    """What is measured of healthy records: the numbers that are asked for, or those of a fleet."""
+def healthy_scores(healthy: RecordSource, config: DetectorConfig) -> HealthyScores:
+    """What is measured of healthy records."""
     drive = _drive(healthy, config.window.channel) if config.window.by == "cycle" else None
     batches = (batch for batch in healthy.batches(labels=True) if batch.n_record)
     if (first := next(batches, None)) is None:
         raise NotStatedError(f"{healthy.name}: no healthy record")
-    if fleet is not None and first.sampling_frequency != fleet.sampling_frequency:
-        found, wanted = first.sampling_frequency, fleet.sampling_frequency
-        raise DataError(f"{healthy.name}: is sampled at {found:g} Hz, but {fleet_name} at {wanted:g} Hz")
-    scored = HealthyScores(config if fleet else _with_score(config, first), first, drive)
+    scored = HealthyScores(_with_score(config, first), first, drive)
     scored.read(chain([first], batches))
     return scored
 

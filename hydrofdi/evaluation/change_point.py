@@ -187,11 +187,9 @@ class ChangePointModel:
         self.n_point = self.time.size
         if self.n_point < FEWEST:
             raise NotStatedError(f"{self.n_point} points are too few for a trend", FEWEST)
-        ones = np.ones(self.n_point)
-        others = np.atleast_2d([] if covariate is None else np.asarray(covariate, dtype=float))
+        others = [] if covariate is None else [np.asarray(covariate, dtype=float)]
         # Centred, so that a is the level at the mean covariate.
-        own = [each - each.mean() for each in others if each.size]
-        self.base = np.stack([ones, *own], axis=1)
+        self.base = np.stack([np.ones(self.n_point), *(own - own.mean() for own in others)], axis=1)
         self.onset, self.law, self._prior = self._changes()
         # Lags in median steps, so that one grid of correlations suits any rate of records.
         self._steps = np.abs(self.time[:, None] - self.time[None]) / np.median(np.diff(self.time))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.scores import Array, Estimate, comparable, measurable, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, Estimate, comparable, measurable
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,6 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> HitCount:
         1 detected, 0 not, NaN not measurable.
     """
     levels, values = np.asarray(severity, dtype=float), np.asarray(outcomes, dtype=float)
-    if not np.all((levels > 0.0) & np.isfinite(levels)):
-        raise ValueError("severities must be positive")
     is_known = ~np.isnan(values)
     if not is_known.any():
         raise NotStatedError("no faulty record has a score")
@@ -170,27 +168,17 @@ def interpolated_level(counted: HitCount, *, probability: float = 0.9) -> Detect
 
 
 AxisName = Literal["log", "linear"]
+"""Decimal logarithm of the severity, or its fraction of the largest tested one.
+
+The first suits scores that grow with the logarithm of the severity, the second scores proportional to the
+severity, such as its estimate: MIL-HDBK-1823A (2009), appendix G.
+"""
 
 
-@dataclass(frozen=True)
-class Axis:
-    """Transformation of severity: decimal logarithm, or fraction of the largest tested severity.
-
-    Use the first for scores that grow with the logarithm of the severity, and the second for scores
-    proportional to the severity, such as its estimate: MIL-HDBK-1823A (2009), appendix G.
-    """
-
-    name: AxisName
-    largest: float
-
-    def place(self, severity: ArrayLike) -> Array:
-        """Places of severities on the axis, in the same shape."""
-        values = np.asarray(severity, dtype=float)
-        return np.asarray(np.log10(values) if self.name == "log" else values / self.largest)
-
-    def severity(self, x: float) -> float:
-        """Severity at a place on the axis."""
-        return float(10.0**x) if self.name == "log" else x * self.largest
+def place_on(axis: AxisName, severity: ArrayLike, largest: float) -> Array:
+    """Places of severities on an axis, in the same shape."""
+    values = np.asarray(severity, dtype=float)
+    return np.asarray(np.log10(values) if axis == "log" else values / largest)
 
 
 MOST_STEPS = 100
@@ -292,8 +280,8 @@ class PodCurve:
         α, the floor.
     intercept, slope : float
         -µ/s and 1/s; the slope is 0 if detection does not increase with severity.
-    axis : Axis
-        x(a).
+    axis : str
+        x(a): ``log`` or ``linear``.
     """
 
     tally: HitCount
@@ -301,7 +289,7 @@ class PodCurve:
     intercept: float
     slope: float
     log_likelihood: float
-    axis: Axis
+    axis: AxisName
 
     @property
     def is_step(self) -> bool:
@@ -315,9 +303,13 @@ class PodCurve:
         rise = np.round(np.exp(log_cumulative(self.predictor(self.tally.severity))), 6)
         return int(np.sum((rise > 0.01) & (rise < 0.99))) < 2
 
+    def place(self, severity: ArrayLike) -> Array:
+        """x(a) of each severity."""
+        return place_on(self.axis, severity, self.tally.span[1])
+
     def predictor(self, severity: ArrayLike) -> Array:
         """(x(a) - µ)/s of each severity."""
-        return np.asarray(self.intercept + self.slope * self.axis.place(severity))
+        return np.asarray(self.intercept + self.slope * self.place(severity))
 
     def probability(self, severity: ArrayLike) -> Array:
         """Probability of detection of each severity."""
@@ -351,14 +343,11 @@ def probability_of_detection(
     axis : str
         ``log`` or ``linear`` in severity.
     """
-    if not 0.0 <= false_alarm_rate < 1.0:
-        raise ValueError(f"the false-alarm rate must be from 0 to 1; found {false_alarm_rate}")
     counted = tally(severity, outcomes)
-    along = Axis(axis, counted.span[1])
-    x = along.place(counted.severity)
+    x = place_on(axis, counted.severity, counted.span[1])
     intercept, slope = _coefficients(x, counted, false_alarm_rate)
     largest = log_likelihood(intercept + slope * x, counted, false_alarm_rate)
-    return PodCurve(counted, false_alarm_rate, intercept, slope, largest, along)
+    return PodCurve(counted, false_alarm_rate, intercept, slope, largest, axis)
 
 
 def _coefficients(x: Array, counted: HitCount, floor: float) -> tuple[float, float]:
@@ -416,7 +405,7 @@ def _cells(expected: Array, total: Array) -> np.ndarray:
 
 def deficit(curve: PodCurve, x: float, rise: float) -> float:
     """2 (ln L_max - ln L) of the best increasing curve whose predictor at `place` on the axis is `rise`."""
-    distance = curve.axis.place(curve.tally.severity) - x
+    distance = curve.place(curve.tally.severity) - x
     offset = np.full_like(distance, rise)
     (slope,) = maximise(distance[:, None], offset, curve.tally, curve.false_alarm_rate, curve.slope)
     predictor = offset + max(float(slope), 0.0) * distance
@@ -451,8 +440,7 @@ def smallest_detectable(
     DetectableSeverity
         Severity within the tested ones, or the side on which it lies.
     """
-    share_between_0_and_1("the probability", probability)
-    rise, first, last = curve.quantile_of_rise(probability), *curve.axis.place(curve.tally.span)
+    rise, first, last = curve.quantile_of_rise(probability), *curve.place(curve.tally.span)
     if rise == -np.inf:
         return DetectableSeverity("below", curve.tally.span[0], probability, confidence)
     x = _where(curve, rise)
@@ -462,7 +450,8 @@ def smallest_detectable(
         return DetectableSeverity("above", curve.tally.span[1], probability, confidence)
     if x <= first:
         return DetectableSeverity("below", curve.tally.span[0], probability, confidence)
-    return DetectableSeverity("within", curve.axis.severity(float(x)), probability, confidence)
+    severity = 10.0 ** float(x) if curve.axis == "log" else float(x) * curve.tally.span[1]
+    return DetectableSeverity("within", severity, probability, confidence)
 
 
 def _where(curve: PodCurve, rise: float) -> float:

@@ -201,22 +201,8 @@ def confidence_text(confidence: float) -> str:
     return f"{round(100.0 * confidence, digits):.10g}"
 
 
-@dataclass(frozen=True, eq=False)
-class RocCurve:
-    """Detection rate against false-alarm rate for all thresholds.
-
-    Attributes
-    ----------
-    false_alarm_rate, detection_rate : ndarray, shape (n_point,)
-        From (0, 0) to (1, 1), by descending threshold.
-    """
-
-    false_alarm_rate: Array
-    detection_rate: Array
-
-
-def roc_curve(healthy: ArrayLike, faulty: ArrayLike) -> RocCurve:
-    """Empirical ROC curve; larger scores are more suspicious.
+def roc_curve(healthy: ArrayLike, faulty: ArrayLike) -> tuple[Array, Array]:
+    """Empirical ROC curve: false-alarm and detection rates; larger scores are more suspicious.
 
     Fawcett, Pattern Recognition Letters 27 (2006) 861: equal scores give one point, so that they count half
     in the area.
@@ -224,10 +210,15 @@ def roc_curve(healthy: ArrayLike, faulty: ArrayLike) -> RocCurve:
     Parameters
     ----------
     healthy, faulty : array_like, shape (n_record,)
+
+    Returns
+    -------
+    false_alarm_rate, detection_rate : ndarray, shape (n_point,)
+        From (0, 0) to (1, 1), by descending threshold.
     """
     below, above = _of_both_kinds(healthy, faulty)
     distinct = np.unique(np.concatenate((below, above)))[::-1]
-    return RocCurve(_share_at_or_above(below, distinct), _share_at_or_above(above, distinct))
+    return _share_at_or_above(below, distinct), _share_at_or_above(above, distinct)
 
 
 def _of_both_kinds(healthy: ArrayLike, faulty: ArrayLike) -> tuple[Array, Array]:
@@ -311,16 +302,22 @@ def _variance(components: Array) -> float:
 
 
 def _interval(value: float, variance: float, n: int, m: int, confidence: float) -> tuple[float, float]:
-    from scipy.special import expit, logit, ndtri
+    from scipy.special import ndtri
 
     z = float(ndtri((1.0 + confidence) / 2.0))
     if variance > 0.0:
-        # The slope of the logit is 1/(A (1 − A)); limits on it stay between 0 and 1.
-        spread = z * math.sqrt(variance) / (value * (1.0 - value))
-        low, high = expit(logit(value) + np.array([-spread, spread]))
-        return float(low), float(high)
+        return _on_logit(value, z * math.sqrt(variance))
     # The upper limit is the lower one with healthy and faulty exchanged.
     return _newcombe(value, n, m, z), 1.0 - _newcombe(1.0 - value, m, n, z)
+
+
+def _on_logit(value: float, spread: float) -> tuple[float, float]:
+    from scipy.special import expit, logit
+
+    # The slope of the logit is 1/(A (1 − A)); limits on it stay between 0 and 1.
+    away = spread / (value * (1.0 - value))
+    low, high = expit(logit(value) + np.array([-away, away]))
+    return float(low), float(high)
 
 
 def _newcombe(value: float, n: int, m: int, z: float) -> float:
@@ -354,45 +351,10 @@ def learned_direction(healthy: ArrayLike, faulty: ArrayLike, *, confidence: floa
     return Direction.FALLING if area.high < 0.5 else Direction.BOTH
 
 
-MANY_GROUPS = 30
-"""Minimum number of groups for a reliable estimate of the variance between groups."""
+FEWEST_GROUPS, MANY_GROUPS = 5, 30
+"""Minimum number of groups for an interval, and for a reliable estimate of the variance between groups."""
 
-
-def clustered_area(
-    healthy: ArrayLike,
-    faulty: ArrayLike,
-    healthy_groups: Sequence[str],
-    faulty_groups: Sequence[str],
-    *,
-    confidence: float = 0.95,
-) -> Area:
-    """Area under the ROC curve, with an interval from the sums of DeLong's components in each group.
-
-    Obuchowski, Biometrics 53 (1997) 567: a group may contain records of both kinds, such as those of one
-    actuator before and after a fault. The interval is on the logit of the area; with perfect separation it is
-    that of independent records.
-
-    Parameters
-    ----------
-    healthy, faulty : array_like, shape (n_record,)
-    """
-    from scipy.special import expit, logit, stdtrit
-
-    area = area_under_curve(healthy, faulty, confidence=confidence)
-    below, above, group_of, n_group = _of_groups(healthy, faulty, healthy_groups, faulty_groups, MANY_GROUPS)
-    components = placements(below, above)
-    # Both kinds of a group add up before they are squared, so that their dependence counts.
-    departures = np.concatenate([(own - area.value) / own.size for own in components])
-    sums = np.bincount(group_of, departures)
-    deviation = math.sqrt(n_group / (n_group - 1) * float(np.sum(sums**2)))
-    if deviation < 1e-12:
-        return area
-    spread = stdtrit(n_group - 1, (1.0 + confidence) / 2.0) * deviation / (area.value * (1.0 - area.value))
-    low, high = expit(logit(area.value) + np.array([-spread, spread]))
-    return replace(area, low=float(low), high=float(high))
-
-
-FEWEST_GROUPS = 5
+N_DRAW = 2000
 
 
 def grouped_area(
@@ -402,62 +364,71 @@ def grouped_area(
     faulty_groups: Sequence[str],
     *,
     confidence: float = 0.95,
-    n_draw: int = 2000,
-    seed: int = 0,
+    many: int = MANY_GROUPS,
 ) -> Area:
-    """Area under the ROC curve, with an interval from resampled groups; a group may contain both kinds.
+    """Area under the ROC curve, with an interval over groups of records that may depend on each other.
 
-    Davison and Hinkley, Bootstrap Methods and their Application (1997), section 3.8; percentiles are widened
-    for few groups after Hesterberg, The American Statistician 69 (2015) 371. With perfect separation it is
-    that of as many independent records as there are groups. Pairwise wins between groups are counted once, so
-    resampling needs no sorting.
+    A group may contain records of both kinds, such as those of one actuator before and after a fault. With
+    many groups, the interval is from the sums of DeLong's components in each, on the logit of the area:
+    Obuchowski, Biometrics 53 (1997) 567. With fewer, groups are resampled: Davison and Hinkley, Bootstrap
+    Methods and their Application (1997), section 3.8; percentiles are widened after Hesterberg, The American
+    Statistician 69 (2015) 371. With perfect separation it is that of independent records, of few groups as
+    many as there are groups.
 
     Parameters
     ----------
     healthy, faulty : array_like, shape (n_record,)
+    many : int
+        Number of groups from which on there are many.
     """
     area = area_under_curve(healthy, faulty, confidence=confidence)
-    below, above, group_of, n_group = _of_groups(
-        healthy, faulty, healthy_groups, faulty_groups, FEWEST_GROUPS
-    )
-    order = np.argsort(above)
-    above, mine, theirs = above[order], group_of[: below.size], group_of[below.size :][order]
-    sizes, others = np.bincount(mine, minlength=n_group), np.bincount(theirs, minlength=n_group)
-    wins = np.zeros((n_group, n_group))
-    for group in np.flatnonzero(sizes):
-        share = share_below(below[mine == group], above)
-        wins[group] = sizes[group] * np.bincount(theirs, share, minlength=n_group)
-    counts = np.random.default_rng(seed).multinomial(n_group, np.full(n_group, 1.0 / n_group), size=n_draw)
-    pairs = (counts @ sizes) * (counts @ others)
-    # A pair of groups counts as often as both are drawn; a draw without one kind has no area.
-    drawn = np.einsum("bi,ij,bj->b", counts, wins, counts, optimize=True)[pairs > 0] / pairs[pairs > 0]
-    if drawn.size and np.ptp(drawn) < 1e-12:  # perfect separation: groups count as one record each
-        low, high = _interval(
-            area.value, math.nan, int(np.sum(sizes > 0)), int(np.sum(others > 0)), confidence
-        )
-    else:
-        low, high = _percentiles(drawn, n_group, confidence)
-    return replace(area, low=low, high=high)
-
-
-def _of_groups(
-    healthy: ArrayLike, faulty: ArrayLike, of_healthy: Sequence[str], of_faulty: Sequence[str], fewest: int
-) -> tuple[Array, Array, NDArray[np.intp], int]:
-    """Scores that are not NaN, the group number of each, healthy ones first, and the number of groups."""
-    pairs = ((np.asarray(healthy, float), of_healthy), (np.asarray(faulty, float), of_faulty))
+    pairs = ((np.asarray(healthy, float), healthy_groups), (np.asarray(faulty, float), faulty_groups))
     (below, mine), (above, theirs) = (
         (own[~np.isnan(own)], np.asarray(names)[~np.isnan(own)]) for own, names in pairs
     )
     _, group_of = np.unique(np.concatenate((mine, theirs)), return_inverse=True)
-    if (n_group := int(group_of.max()) + 1) < fewest:
-        raise NotStatedError(f"an interval over groups needs {fewest} groups, not {n_group}")
-    return below, above, group_of, n_group
+    if (n_group := int(group_of.max()) + 1) < FEWEST_GROUPS:
+        raise NotStatedError(f"an interval over groups needs {FEWEST_GROUPS} groups, not {n_group}")
+    interval = _of_sums if n_group >= many else _of_draws
+    low, high = interval(area, below, above, group_of, n_group, confidence)
+    return replace(area, low=low, high=high)
 
 
-def _percentiles(values: Array, n_group: int, confidence: float) -> tuple[float, float]:
+def _of_sums(
+    area: Area, below: Array, above: Array, group_of: NDArray[np.intp], n_group: int, confidence: float
+) -> tuple[float, float]:
+    from scipy.special import stdtrit
+
+    # Both kinds of a group add up before they are squared, so that their dependence counts.
+    departures = np.concatenate([(own - area.value) / own.size for own in placements(below, above)])
+    sums = np.bincount(group_of, departures)
+    deviation = math.sqrt(n_group / (n_group - 1) * float(np.sum(sums**2)))
+    if deviation < 1e-12:
+        return area.low, area.high
+    return _on_logit(area.value, float(stdtrit(n_group - 1, (1.0 + confidence) / 2.0)) * deviation)
+
+
+def _of_draws(
+    area: Area, below: Array, above: Array, group_of: NDArray[np.intp], n_group: int, confidence: float
+) -> tuple[float, float]:
     from scipy.special import ndtr, stdtrit
 
+    order = np.argsort(above)
+    above, mine, theirs = above[order], group_of[: below.size], group_of[below.size :][order]
+    sizes, others = np.bincount(mine, minlength=n_group), np.bincount(theirs, minlength=n_group)
+    # Wins between two groups are counted once, so that resampling needs no sorting.
+    wins = np.zeros((n_group, n_group))
+    for group in np.flatnonzero(sizes):
+        share = share_below(below[mine == group], above)
+        wins[group] = sizes[group] * np.bincount(theirs, share, minlength=n_group)
+    counts = np.random.default_rng(0).multinomial(n_group, np.full(n_group, 1.0 / n_group), size=N_DRAW)
+    pairs = (counts @ sizes) * (counts @ others)
+    # A pair of groups counts as often as both are drawn; a draw without one kind has no area.
+    drawn = np.einsum("bi,ij,bj->b", counts, wins, counts, optimize=True)[pairs > 0] / pairs[pairs > 0]
+    if drawn.size and np.ptp(drawn) < 1e-12:  # perfect separation: groups count as one record each
+        n_healthy, n_faulty = int(np.sum(sizes > 0)), int(np.sum(others > 0))
+        return _interval(area.value, math.nan, n_healthy, n_faulty, confidence)
     # Percentiles at Student's quantile instead of the normal one, as a bootstrap of few groups is too narrow.
     wide = math.sqrt(n_group / (n_group - 1)) * stdtrit(n_group - 1, (1.0 + confidence) / 2.0)
-    low, high = np.quantile(values, [ndtr(-wide), ndtr(wide)])
+    low, high = np.quantile(drawn, [ndtr(-wide), ndtr(wide)])
     return float(low), float(high)

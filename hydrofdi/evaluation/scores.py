@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -54,10 +55,10 @@ def measurable(scores: ArrayLike) -> tuple[Array, int]:
     return values[~missing], int(missing.sum())
 
 
-def share_between_0_and_1(name: str, value: float) -> None:
-    """Check that a rate, a probability or a confidence lies between 0 and 1."""
-    if not 0.0 < value < 1.0:
-        raise ValueError(f"{name} must be between 0 and 1; found {value}")
+def group_numbers(groups: Sequence[str]) -> NDArray[np.intp]:
+    """Group of each record, from zero; a record without a group (``""``) is its own group."""
+    names = [name or f"\0{record}" for record, name in enumerate(groups)]
+    return np.unique(np.asarray(names), return_inverse=True)[1]
 
 
 class Kind(StrEnum):
@@ -130,7 +131,5 @@ def suspicion(scores: ArrayLike, direction: Direction, centre: float = 0.0) -> A
     """
     values = np.asarray(scores, dtype=float)
     if direction is Direction.BOTH:
-        if not np.isfinite(centre):
-            raise ValueError("the healthy reference value is not finite")
         return np.abs(values - centre)
     return values if direction is Direction.RISING else -values

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.scores import Array, Direction, comparable, measurable, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, Direction, comparable, measurable
 
 
 def time_needed(false_alarm_every: float, confidence: float) -> float:
@@ -60,8 +60,6 @@ def tolerance_threshold(
     """
     from scipy.special import betaincinv
 
-    share_between_0_and_1("the false-alarm rate", false_alarm_rate)
-    share_between_0_and_1("the confidence", confidence)
     known, missing = measurable(healthy)
     sides, asked = direction.n_side, comparable(confidence)
     ranks = range(known.size + 1)
@@ -164,7 +162,6 @@ def quantile_threshold(
     """
     from scipy.special import betaincinv
 
-    share_between_0_and_1("the false-alarm rate", false_alarm_rate)
     known, missing = measurable(healthy)
     sides = direction.n_side
     # Without the tolerance, rounding just below a whole number would cost a rank.
@@ -312,7 +309,6 @@ def tail_threshold(
     seed : int
         Seed of the bootstrap.
     """
-    share_between_0_and_1("the false-alarm rate", false_alarm_rate)
     known, missing = measurable(healthy)
     rate = false_alarm_rate / direction.n_side
     n_tail = _tail_size(known.size, rate)

@@ -120,28 +120,24 @@ def pressure_features(
         windows.setdefault((start, n_period is not None), []).append(row)
     for (start, is_circular), rows in windows.items():
         if start < n_sample:
-            part = _settled(wavelet, pressure[rows, start:], start - analysis.n_discarded, is_circular)
-            for name, values in part.items():
-                features[name][rows] = values
+            found = _settled(wavelet, pressure[rows, start:], start - analysis.n_discarded, is_circular)
+            for own, values in zip(features.values(), found, strict=True):
+                own[rows] = values
     return {"mean_chamber_1_pressure": np.mean(pressure[:, analysis.n_discarded :], axis=1)} | features
 
 
-def _settled(
-    wavelet: WaveletConfig, records: Array, first_sample: int, is_circular: bool
-) -> dict[str, Array]:
+def _settled(wavelet: WaveletConfig, records: Array, first_sample: int, is_circular: bool) -> list[Array]:
     outside = 0 if is_circular else undecimated.boundary_length(wavelet)
     if is_circular:
         rms = undecimated.undecimated_rms(records, wavelet)
-        features = {"settled_detail_rms": rms.detail, "settled_approximation_rms": rms.approximation}
+        settled = [rms.detail, rms.approximation]
     else:
         parts = undecimated.undecimated_coefficients(records, wavelet)
-        names = ("settled_detail_rms", "settled_approximation_rms")
-        features = {n: root_mean_square(part[..., outside:]) for n, part in zip(names, parts, strict=True)}
+        settled = [root_mean_square(part[..., outside:]) for part in parts]
     if wavelet.phase == "all":
         details, _ = undecimated.undecimated_coefficients(records, wavelet)
-        phases = undecimated.phase_detail_rms(details[..., outside:], first_sample + outside)
-        features["settled_phase_detail_rms"] = phases
-    return features
+        settled.append(undecimated.phase_detail_rms(details[..., outside:], first_sample + outside))
+    return settled
 
 
 _MACHINE = ("actuator", "fluid", "supply", "valve", "friction")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,7 +180,7 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
         omega = mode_frequency(beta, areas, volumes, mass, actuator.load_stiffness)
         flows = damping_of_chamber_1(
             areas, volumes, _valve_coefficients(parameters, trajectory, run),
-            _conductance(parameters.leakage, _median_size(pressure_1 - pressure_2), coefficient),
+            _conductance(parameters.leakage, float(np.median(np.abs(pressure_1 - pressure_2))), coefficient),
         )  # fmt: skip
         damping = mode_damping_ratio(
             omega, beta, actuator.chamber_volume, mass, parameters.friction.viscous, *flows
@@ -212,9 +211,9 @@ def _valve_coefficients(parameters: RunParameters, trajectory: Trajectory, run: 
     supply, ret = trajectory.valve_supply_pressure[run], parameters.supply.return_pressure
 
     def edge(feeding: Edge, drop: NDArray[np.float64]) -> float:
-        opening = np.maximum(_median_size(spool) - feeding.lap, 0.0)
+        opening = np.maximum(np.median(np.abs(spool)) - feeding.lap, 0.0)
         gains = feeding.flow_gain, valve.area_gradient
-        return valve_flow_pressure_coefficient(opening, _median_size(drop), *gains)
+        return valve_flow_pressure_coefficient(opening, np.median(np.abs(drop)), *gains)
 
     pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
     first = edge(edges.supply_1, chamber_1_orifice_drop(spool, pressure_1, supply, ret))
@@ -233,14 +232,6 @@ def _conductance(leakage: LeakageConfig, difference: float, coefficient: float) 
     if leakage.law == "blended":
         return blended_conductance(difference, coefficient, leakage.blending_pressure)
     return leakage_conductance(difference, coefficient)
-
-
-def _median_size(signal: Any) -> np.float64:
-    """Median of abs(signal): the bits of `numpy.median`, whose checks take longer than its arithmetic."""
-    size = np.abs(signal)
-    low, high = (size.size - 1) // 2, size.size // 2
-    size.partition((low, high, -1))  # NaN is last
-    return np.float64(0.5 * (size[low] + size[high]) if size[-1] == size[-1] else np.nan)
 
 
 def mean_external_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory) -> NDArray[np.float64]:

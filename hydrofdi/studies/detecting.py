@@ -20,7 +20,7 @@ from hydrofdi.detectors.rules import CHANGE, Rules, make_chart
 from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.rates import alarm_rate, confidence_text, simultaneous_confidence
-from hydrofdi.evaluation.scores import Array, Direction, Kind, comparable
+from hydrofdi.evaluation.scores import Array, Direction, Kind
 from hydrofdi.indicators.contract import RecursiveIndicator
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import convert, counted
@@ -213,7 +213,7 @@ def judge_chart(
 
 
 def _outcomes(
-    traces: Traces, scores: Array, chart: Chart[Any], limit: float, confidence: float, notes: Notes
+    traces: Traces, scores: Array, chart: Chart, limit: float, confidence: float, notes: Notes
 ) -> Iterator[Outcome[AlarmLimit | Delays]]:
     """False alarms, and delays of leaks with an onset while watched: none if leaks exist from the start."""
     records = traces.records
@@ -329,9 +329,6 @@ def _row(
 _log = logging.getLogger(__name__)
 
 
-_MOST_NAMED = 5
-
-
 def winner_settings(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
     """Settings of the winner of a study that needs no more than these sensors; all if none are named."""
     missing = int((stored.columns[STATUS].astype(str) == MISSING).sum())
@@ -357,18 +354,6 @@ def winner_settings(stored: ExperimentData, sensors: Sequence[str]) -> dict[str,
             f" study.healthy: {{fit: {n_fit}, test: {n_test}, shift: {n_test}}} or more, and to keep it a"
             " study.population that includes the shifts that are normal",
             n_test,
-        )
-    better = [
-        each.name
-        for each in detection.judgements
-        if each.keeps_its_rate is None
-        and comparable(each.found_from) < comparable(best.found_from)
-        and within(each.scored, channels)
-    ]
-    if better:
-        _log.warning(
-            f"{best.name} is the best score known to keep its false-alarm rate; undecided, as too few"
-            f" records test it, but better: {', '.join(better[:_MOST_NAMED])}"
         )
     if not best.finds:
         _log.warning(f"{best.name} finds none of the tested leaks nine times in ten")

@@ -92,10 +92,9 @@ class _Case(Notes):
             return None
         state: Callable[..., rates.Area] = rates.area_under_curve
         if healthy.groups is not None and faulty.groups is not None:
-            n_group = len({*healthy.groups, *faulty.groups})
-            if n_group >= rates.FEWEST_GROUPS:
-                over_groups = rates.clustered_area if n_group >= rates.MANY_GROUPS else rates.grouped_area
-                state = partial(over_groups, healthy_groups=healthy.groups, faulty_groups=faulty.groups)
+            if len({*healthy.groups, *faulty.groups}) >= rates.FEWEST_GROUPS:
+                of_healthy, of_faulty = healthy.groups, faulty.groups
+                state = partial(rates.grouped_area, healthy_groups=of_healthy, faulty_groups=of_faulty)
             else:
                 self.remarks.append(
                     f"fewer than {rates.FEWEST_GROUPS} groups: intervals of areas assume independent records,"

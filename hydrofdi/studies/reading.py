@@ -245,7 +245,7 @@ def made_scores(
 
 
 def _made(
-    records: StudyRecords, name: str, score: Score[Any], numbers: Sequence[Scored], tested_teach: bool
+    records: StudyRecords, name: str, score: Score, numbers: Sequence[Scored], tested_teach: bool
 ) -> Scored:
     population = [records.populations[each] for each in records.of_record]
     is_faulty = np.array([each.kind is Kind.FAULT for each in population])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.charts import Delays, FalseAlarms, delays, members, operations
+from hydrofdi.detectors.charts import Delays, FalseAlarms, delays, operations
 from hydrofdi.detectors.rules import chart_names, make_chart
 from hydrofdi.errors import NotStatedError
 from tests.detectors.trained.healthy import autoregressive
@@ -154,10 +154,10 @@ def test_alarms_of_one_record_count_as_one():
 
 
 def test_every_group_comes_equally_often_and_whole():
-    streams = np.arange(12.0).reshape(6, 2)
-    groups = members(["a", "a", "", "b", "", "b"], 6)
+    streams = np.arange(14.0).reshape(7, 2)
+    groups = cusum(streams, groups=["a", "a", "", "b", "", "b", "c"]).groups
     drawn = streams[np.hstack(list(operations(groups, 7)))].reshape(1, -1)
-    assert sorted(len(each) for each in groups) == [1, 1, 2, 2]
+    assert sorted(len(each) for each in groups) == [1, 1, 1, 2, 2]
     np.testing.assert_array_equal(np.bincount(drawn[0].astype(int)), 7)
     np.testing.assert_array_equal(drawn[0, 1::2] - drawn[0, ::2], 1.0)
     assert (drawn[0, np.flatnonzero(drawn[0] == 1.0) + 1] == 2.0).all()

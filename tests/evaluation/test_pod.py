@@ -181,24 +181,6 @@ def test_records_without_a_score_or_a_fault_are_no_misses():
     assert curve.tally.total.sum() == 3
     with pytest.raises(NotStatedError, match="no faulty record"):
         probability_of_detection([0.1], [np.nan])
-    with pytest.raises(ValueError, match="positive"):
-        probability_of_detection([0.0, 0.1], [0.0, 1.0])
-    with pytest.raises(ValueError, match="false-alarm rate"):
-        probability_of_detection([0.1], [1.0], false_alarm_rate=1.0)
-
-
-def test_a_linear_axis_recovers_a_curve_that_rises_with_the_severity_itself():
-    severity = np.repeat(np.geomspace(1e-8, 1e-6, 9), 4000)
-    truth = 0.02 + 0.98 * ndtr((severity - 4e-7) / 1e-7)
-    outcomes = np.random.default_rng(41).random(severity.size) < truth
-    curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.02, axis="linear")
-    on_logarithms = probability_of_detection(severity, outcomes, false_alarm_rate=0.02)
-    assert (-curve.intercept / curve.slope, 1.0 / curve.slope) == pytest.approx((0.4, 0.1), abs=0.01)
-    assert curve.log_likelihood > on_logarithms.log_likelihood + 10.0
-    assert lack_of_fit(curve) > 0.001 > lack_of_fit(on_logarithms)
-    estimate, bound = (smallest_detectable(curve, confidence=c) for c in (None, 0.95))
-    assert curve.probability([estimate.severity])[0] == pytest.approx(0.9)
-    assert estimate.severity < bound.severity < 1.05 * estimate.severity
 
 
 def test_the_interval_of_a_relative_spread_holds_what_is_true():

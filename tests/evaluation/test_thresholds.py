@@ -98,8 +98,6 @@ def test_a_direction_is_learned_only_where_fit_records_settle_it_and_suspicion_g
     assert learned_direction(healthy, 4.0 * draw.normal(size=100)) is Direction.BOTH
     assert suspicion([1.0, 2.0, 4.0], Direction.BOTH, 2.0).tolist() == [1.0, 0.0, 2.0]
     assert suspicion([1.0, 2.0], Direction.FALLING).tolist() == [-1.0, -2.0]
-    with pytest.raises(ValueError, match="not finite"):
-        suspicion([1.0], Direction.BOTH, math.inf)
 
 
 @pytest.mark.parametrize("shape", [-0.3, -1e-12, 0.0, 0.4])
@@ -159,8 +157,6 @@ def test_tails_that_the_model_does_not_describe_and_rates_out_of_reach_are_refus
         with pytest.raises(NotStatedError, match=why):
             tail_threshold(own, rate)
     tail_threshold(scores[:500], 1e-3)
-    with pytest.raises(ValueError, match="between 0 and 1"):
-        tail_threshold(scores, 1.5)
 
 
 def test_both_tails_share_the_rate_and_falling_mirrors_rising_in_any_unit():

@@ -73,7 +73,7 @@ def test_two_levels_have_a_curve_over_the_logarithm():
     limit = quantile_threshold(np.linspace(0.0, 1.0, 200), 0.01)
     for n, floor, few, many in product(range(20, 50, 5), (0.0, 0.02), (2, 5, 8), (10, 14, 18)):
         levels = [Part(2.0 * (np.arange(n) < k), np.full(n, q), None) for k, q in ((few, 0.1), (many, 0.2))]
-        assert detectability(levels, limit, floor, Rules(), Notes())["curve"].axis.name == "log"
+        assert detectability(levels, limit, floor, Rules(), Notes())["curve"].axis == "log"
 
 
 def test_fifths_are_cut_by_rank():

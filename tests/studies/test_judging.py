@@ -153,7 +153,7 @@ def test_the_curve_rises_along_the_axis_of_the_score(axis):
     truth = (judgement.threshold.high + norm.ppf(0.9)) / 20.0
     if axis == "log":
         truth = 0.1 * 10.0 ** ((20.0 * truth - 2.33) / 4.0)
-    assert judgement.curve.axis.name == axis
+    assert judgement.curve.axis == axis
     assert judgement.lack_of_fit > 0.05
     assert 0.95 * truth < judgement.bound.severity < 1.15 * truth
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hydrofdi.evaluation.scores import NOTHING, Kind, Population
+from hydrofdi.evaluation.scores import NOTHING, Kind
 from hydrofdi.studies.records import nuisances_of
-from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, LITRES_PER_MINUTE, NOISE, study
+from tests.studies.made_up_nuisances import BULK, IDLE, LITRES_PER_MINUTE, NOISE, study
 
 
 def found(*made):
@@ -28,13 +28,3 @@ def test_a_nuisance_is_as_much_as_the_leak_that_moves_the_score_as_far():
     leak = 10.0 ** (2.7 / 2.0 - 3.0) * LITRES_PER_MINUTE
     assert found(*study(wide=2.0))[BULK].imitated.severity == pytest.approx(leak, rel=0.3)
     assert all(each.alone and each.imitated is None for each in found(*study(levels=())).values())
-
-
-def test_failed_records_are_left_out():
-    records, scored = study()
-    scored.values[records.rows(Population(FRICTION, Kind.ALONE))[:5]] = np.nan
-    nuisances, refusals = nuisances_of(records, scored)
-    assert not refusals
-    assert {each.parameter: each.alone.n_record for each in nuisances} == {
-        BULK: 400, FRICTION: 395, IDLE: 400, NOTHING: 400,
-    }  # fmt: skip

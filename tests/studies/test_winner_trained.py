@@ -7,7 +7,6 @@ import pytest
 
 import hydrofdi
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 from tests.commands import run, run_json
@@ -116,18 +115,3 @@ def test_without_a_winner_the_healthy_records_that_are_needed_are_named(study, d
     with pytest.raises(NotStatedError) as refusal:
         hydrofdi.train(study / "results", best=True)
     assert refusal.value.records_needed == detection.rules.records_for_false_alarms
-
-
-def test_a_better_score_that_is_undecided_is_named(study, detection, judged, caplog):
-    best = winner(detection)
-    better = replace(
-        best,
-        scored=replace(best.scored, name="better"),
-        smallest={"q90_95": DetectableSeverity("within", 1e-9, 0.9, 0.95)},
-        outcomes=tuple(replace(each, is_counted=True) for each in best.outcomes),
-    )
-    for judgements, n_said in (((*detection.judgements, better), 1), (detection.judgements, 0)):
-        judged(replace(detection, judgements=judgements))
-        caplog.clear()
-        hydrofdi.train(study / "results", best=True)
-        assert sum("better" in each.getMessage() for each in caplog.records) == n_said

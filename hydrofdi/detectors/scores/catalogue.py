@@ -12,15 +12,7 @@ from pydantic import Field
 from hydrofdi.detectors.scores import contract
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.settings.quantities import SI, Section
-
-
-class MahalanobisOptions(Section):
-    """Options of `Mahalanobis`."""
-
-    shrinkage: Annotated[float, Field(ge=0, le=1)] | None = None
-    """Weight δ of the identity matrix in the covariance; by default chosen by cross-validation on the fit
-    records."""
+from hydrofdi.settings.quantities import SI
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +26,7 @@ class SquaredDistance(contract.Rule):
         return np.asarray(np.sum(np.square(self.white(values)), axis=1))
 
 
-class Mahalanobis(contract.Score[MahalanobisOptions]):
+class Mahalanobis(contract.Score):
     """Squared Mahalanobis distance from the mean of healthy records.
 
     (z − m)ᵀ C⁻¹ (z − m), C = (1 − δ) S + δ tr(S)/n I.
@@ -47,21 +39,14 @@ class Mahalanobis(contract.Score[MahalanobisOptions]):
     summary = "Squared Mahalanobis distance from healthy records, with a shrunk covariance."
     caution = contract.FROM_HEALTHY
     Trained = SquaredDistance
-    Options = MahalanobisOptions
+
+    shrinkage: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Weight δ of the identity matrix in the covariance; by default chosen by cross-validation on the fit
+    records."""
 
     def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit mean and covariance of healthy records."""
-        return SquaredDistance(contract.whitening(values, self.name, self.options.shrinkage))
-
-
-class OneClassOptions(Section):
-    """Options of `OneClass`."""
-
-    outside: Annotated[float, Field(gt=0, lt=1)] = 0.1
-    """Largest fraction ν of the fit records outside the boundary."""
-
-    width: Annotated[float, SI("1", above=0)] = 1.0
-    """Width of the kernel, in RMS distances of healthy records from their mean."""
+        return SquaredDistance(contract.whitening(values, self.name, self.shrinkage))
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +82,7 @@ class Outside(contract.Rule):
         return self.offset - np.array(near, dtype=float)
 
 
-class OneClass(contract.Score[OneClassOptions]):
+class OneClass(contract.Score):
     """One-class support vector machine on healthy records, with a Gaussian kernel on whitened features.
 
     ρ − Σᵢ αᵢ exp(−‖w − wᵢ‖²/(2 n b²)), w = C^(−1/2) (z − m), n features, b the width.
@@ -112,22 +97,27 @@ class OneClass(contract.Score[OneClassOptions]):
         " ranked. The time of a fit grows with the square of the number of records."
     )
     Trained = Outside
-    Options = OneClassOptions
+
+    outside: Annotated[float, Field(gt=0, lt=1)] = 0.1
+    """Largest fraction ν of the fit records outside the boundary."""
+
+    width: Annotated[float, SI("1", above=0)] = 1.0
+    """Width of the kernel, in RMS distances of healthy records from their mean."""
 
     def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Whiten by healthy records, then train the support vector machine."""
         white = contract.whitening(values, self.name)
         points = white(values)
-        gamma = 0.5 / (points.shape[1] * self.options.width**2)
+        gamma = 0.5 / (points.shape[1] * self.width**2)
         with contract.scikit_learn(self.name):
             from sklearn.svm import OneClassSVM
 
-            machine = OneClassSVM(kernel="rbf", gamma=gamma, nu=self.options.outside).fit(points)
+            machine = OneClassSVM(kernel="rbf", gamma=gamma, nu=self.outside).fit(points)
         weights = machine.dual_coef_[0]
         return Outside(white, machine.support_vectors_, weights, gamma, float(machine.offset_[0]))
 
 
-class Lda(contract.Score[Section]):
+class Lda(contract.Score):
     """Linear discriminant with Ledoit-Wolf shrinkage of the covariance; both classes have equal weight.
 
     wᵀ (z − (m₀ + m₁)/2), w = C⁻¹ (m₁ − m₀), C the mean of the shrunk covariances of both kinds.
@@ -156,14 +146,7 @@ STRENGTHS = np.logspace(-4, 2, 7)
 """Inverse ridge strengths for the cross-validation."""
 
 
-class LogisticOptions(Section):
-    """Options of `Logistic`."""
-
-    seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 0
-    """Seed of the folds for the choice of the ridge."""
-
-
-class Logistic(contract.Score[LogisticOptions]):
+class Logistic(contract.Score):
     """Logistic regression with a ridge penalty, chosen by five-fold cross-validation of the likelihood.
 
     b + wᵀ z, minimising Σ ln(1 + exp(−yᵢ (b + wᵀ zᵢ))) + ‖w‖²/(2 C).
@@ -179,7 +162,9 @@ class Logistic(contract.Score[LogisticOptions]):
     )
     needs_faulty = True
     Trained = contract.LinearRule
-    Options = LogisticOptions
+
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 0
+    """Seed of the folds for the choice of the ridge."""
 
     def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit weights with the ridge of largest cross-validated likelihood."""
@@ -189,7 +174,7 @@ class Logistic(contract.Score[LogisticOptions]):
             from sklearn.model_selection import GridSearchCV, StratifiedKFold
 
             model = LogisticRegression(solver="newton-cholesky", max_iter=1000)
-            folds = StratifiedKFold(contract.LEAST_RECORDS, shuffle=True, random_state=self.options.seed)
+            folds = StratifiedKFold(contract.LEAST_RECORDS, shuffle=True, random_state=self.seed)
             search = GridSearchCV(model, {"C": STRENGTHS}, scoring="neg_log_loss", cv=folds)
             best = search.fit(standardised.held(values), is_faulty).best_estimator_
         return contract.LinearRule(standardised, best.coef_[0], float(best.intercept_[0]))
@@ -210,7 +195,7 @@ class LargestFall(contract.Rule):
         return np.asarray(np.max((self.means - values) / self.means, axis=1))
 
 
-class LargestChange(contract.Score[Section]):
+class LargestChange(contract.Score):
     """Largest relative fall of a feature below its healthy mean.
 
     It scales features by their means, so it depends on their zero points, unlike the other scores.
@@ -269,7 +254,7 @@ class Residual(contract.Rule):
         return np.asarray((features[:, 0] - expected) * self.standardised.scale[0])
 
 
-class Compensated(contract.Score[Section]):
+class Compensated(contract.Score):
     """The first feature minus its quadratic regression on the others, fitted on healthy records only.
 
     Proxies are limited to the range of the fit records, so that the quadratic does not extrapolate; a shift
@@ -300,27 +285,10 @@ class Compensated(contract.Score[Section]):
         standardised = contract.standardisation(values)
         if standardised.kept[0] != 0:
             raise NotStatedError("the score compensated: its feature does not vary among healthy fit records")
-        features = standardised(values)
-        features = features[np.abs(features).max(axis=1) <= contract.FAR]
-        target, proxies = features[:, 0], features[:, 1:]
-        terms = quadratic_terms(proxies)
-        needed = RECORDS_PER_COEFFICIENT * terms.shape[1]
-        if target.size < needed:
-            raise NotStatedError(
-                f"the score compensated has {terms.shape[1]} coefficients and needs {needed} healthy fit"
-                f" records that have all features, none beyond ±{contract.FAR:g} standard deviations,"
-                f" not {target.size}",
-                needed,
-            )
-        coefficients = np.asarray(np.linalg.lstsq(terms, target, rcond=None)[0], dtype=float)
+        features = _near(standardised(values))
+        proxies = features[:, 1:]
+        coefficients = _regression(features[:, 0], quadratic_terms(proxies), self.name)
         return Residual(standardised, proxies.min(axis=0), proxies.max(axis=0), coefficients)
-
-
-class EitherOptions(Section):
-    """Options of `Either`."""
-
-    proxies: Annotated[int, Field(ge=0)] = 0
-    """How many of the numbers, the last ones, are conditions that explain the others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -392,7 +360,7 @@ class LargestResidual(contract.Rule):
         return np.asarray(self.origin + self.spread[0] * largest)
 
 
-class Either(contract.Score[EitherOptions]):
+class Either(contract.Score):
     """The feature that is farthest above what the proxies explain, in the unit of the first.
 
     Thus each has a limit of its own, and all keep one false-alarm rate together. Proxies are extrapolated;
@@ -408,40 +376,46 @@ class Either(contract.Score[EitherOptions]):
 
     name = "either"
     summary = "The number that is farthest above what the conditions explain, in the unit of the first."
-    Options = EitherOptions
     Trained = LargestResidual
     least = 2  # a median and a spread
     needs_extra = False
     direction = None
 
+    proxies: Annotated[int, Field(ge=0)] = 0
+    """How many of the numbers, the last ones, are conditions that explain the others."""
+
     def learn(self, values: Array, is_faulty: contract.Flags) -> contract.Rule:
         """Fit by least squares to healthy records."""
         standardised = contract.standardisation(values)
-        n_of = int(np.sum(standardised.kept < values.shape[1] - self.options.proxies))
+        n_of = int(np.sum(standardised.kept < values.shape[1] - self.proxies))
         if standardised.kept[0] != 0:
             raise NotStatedError("the score either: its first number does not vary among healthy fit records")
-        features = standardised(values)
-        features = features[np.abs(features).max(axis=1) <= contract.FAR]
+        features = _near(standardised(values))
         of, proxies = features[:, :n_of], features[:, n_of:]
         terms = quadratic_terms(proxies)
         coefficients, origin = np.zeros((n_of, 1)), float(standardised.centre[0])
         if proxies.shape[1]:
-            needed = RECORDS_PER_COEFFICIENT * terms.shape[1]
-            if len(of) < needed:
-                raise NotStatedError(
-                    f"the score either needs {needed} healthy fit records to regress on its conditions, not"
-                    f" {len(of)}",
-                    needed,
-                )
-            coefficients, origin = np.ascontiguousarray(np.linalg.lstsq(terms, of, rcond=None)[0].T), 0.0
-        scale, variance = (
-            contract.standardisation(of - terms @ coefficients.T).scale,
-            np.linalg.pinv(terms.T @ terms),
+            coefficients, origin = np.ascontiguousarray(_regression(of, terms, self.name).T), 0.0
+        scale = contract.standardisation(of - terms @ coefficients.T).scale
+        variance = np.asarray(np.linalg.pinv(terms.T @ terms), dtype=float)
+        low, high = proxies.min(axis=0), proxies.max(axis=0)
+        return LargestResidual(origin, standardised, scale, coefficients, variance, low, high)
+
+
+def _near(features: Array) -> Array:
+    """Standardised fit records that are not wild, so that single ones do not rule a fit."""
+    return np.asarray(features[np.abs(features).max(axis=1) <= contract.FAR])
+
+
+def _regression(features: Array, terms: Array, name: str) -> Array:
+    """Coefficients of one feature, or shape (n_term, n_feature), by least squares."""
+    if len(terms) < (needed := RECORDS_PER_COEFFICIENT * terms.shape[1]):
+        raise NotStatedError(
+            f"the score {name} has {terms.shape[1]} coefficients and needs {needed} healthy fit records that"
+            f" have all features, none beyond ±{contract.FAR:g} standard deviations, not {len(terms)}",
+            needed,
         )
-        return LargestResidual(
-            origin, standardised, scale, coefficients, np.asarray(variance, dtype=float),
-            proxies.min(axis=0), proxies.max(axis=0),
-        )  # fmt: skip
+    return np.asarray(np.linalg.lstsq(terms, features, rcond=None)[0], dtype=float)
 
 
 def quadratic_terms(proxies: Array) -> Array:

@@ -13,13 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.rules import Method
 from hydrofdi.errors import ConfigError, NotStatedError
-from hydrofdi.evaluation.scores import Array, Direction
+from hydrofdi.evaluation.scores import Array, Direction, group_numbers
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.quantities import Section
 
 Flags = NDArray[np.bool_]
-
-Chosen = TypeVar("Chosen", bound=Section)
 
 FROM_HEALTHY = (
     "It is trained on healthy records only: any condition that is not in the fit records, such as"
@@ -57,14 +54,14 @@ class Rule:
         scores : ndarray, shape (n_record,)
             NaN if a feature is not finite.
         """
-        features = as_features(values)
+        features = np.ascontiguousarray(values, dtype=float)
         measured = np.isfinite(features).all(axis=1)
         scores = np.full(features.shape[0], np.nan)
         scores[measured] = self(features[measured])
         return scores
 
 
-class Score(Method[Chosen]):
+class Score(Method):
     """Interface of a score: one number from several features of a record.
 
     Subclasses implement `learn`.
@@ -95,7 +92,7 @@ class Score(Method[Chosen]):
         values : array_like, shape (n_fit, n_feature)
         is_faulty : array_like of bool, shape (n_fit,)
         """
-        features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
+        features, faulty = np.ascontiguousarray(values, dtype=float), np.asarray(is_faulty, dtype=bool)
         used = np.isfinite(features).all(axis=1) & (self.needs_faulty | ~faulty)
         features, faulty = features[used], faulty[used]
         counts = {"healthy": np.sum(~faulty), "faulty": np.sum(faulty)}
@@ -118,14 +115,6 @@ class Score(Method[Chosen]):
         is_faulty : ndarray of bool, shape (n_fit,)
         """
         raise NotImplementedError
-
-
-def as_features(values: ArrayLike) -> Array:
-    """Features as an array of shape (n_record, n_feature) with contiguous rows."""
-    features = np.ascontiguousarray(values, dtype=float)
-    if features.ndim != 2:
-        raise ValueError(f"features must have the shape (n_record, n_feature), not {features.shape}")
-    return features
 
 
 Made = TypeVar("Made")
@@ -374,7 +363,7 @@ Numbers = NDArray[np.intp]
 
 
 def cross_fitted_scores(
-    score: Score[Any],
+    score: Score,
     values: ArrayLike,
     is_faulty: ArrayLike,
     groups: Sequence[str] | None = None,
@@ -408,25 +397,18 @@ def cross_fitted_scores(
     scores : ndarray, shape (n_record,)
         NaN if a feature is not finite.
     """
-    features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
+    features, faulty = np.ascontiguousarray(values, dtype=float), np.asarray(is_faulty, dtype=bool)
     if not features.shape[1]:
         raise NotStatedError("no number is measured in at least 90 % of the fit records")
     teaches = np.ones(faulty.size, dtype=bool) if is_fit is None else np.asarray(is_fit, dtype=bool)
-    fold = _folds(_group_numbers(groups, faulty.size), faulty, teaches, n_fold, seed)
+    group = np.arange(faulty.size) if groups is None else group_numbers(groups)
+    fold = _folds(group, faulty, teaches, n_fold, seed)
     scores = np.empty(faulty.size)
     for number in np.unique(fold):
         held_out = fold == number
         fitted = score.fit(features[teaches & ~held_out], faulty[teaches & ~held_out])
         scores[held_out] = fitted.score(features[held_out])
     return scores
-
-
-def _group_numbers(groups: Sequence[str] | None, n_record: int) -> Numbers:
-    """Group index of each record, from zero."""
-    if groups is None:
-        return np.arange(n_record)
-    alone = [name or f"\0{record}" for record, name in enumerate(groups)]
-    return np.unique(alone, return_inverse=True)[1]
 
 
 def _folds(group: Numbers, is_faulty: Flags, teaches: Flags, n_fold: int, seed: int) -> Numbers:

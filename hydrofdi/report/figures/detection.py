@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.pod import DetectableSeverity
-from hydrofdi.evaluation.rates import RocCurve, roc_curve
+from hydrofdi.evaluation.rates import roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
@@ -285,7 +285,7 @@ def draw_roc(detection: Detection) -> Any:
     for axis, level in zip(axes, levels, strict=True):
         for judgement, style in zip(shown, styles.values(), strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
-                axis.plot(curve.false_alarm_rate, curve.detection_rate, **style)
+                axis.plot(*curve, **style)
                 stated, rates = judgement.of(level), judgement.false_alarms
                 healthy = [rate for each, rate in rates.items() if each.kind is Kind.HEALTHY]
                 if healthy and stated is not None and stated.found is not None and stated.found.total:
@@ -302,7 +302,7 @@ def draw_roc(detection: Detection) -> Any:
     return figure
 
 
-def _curve(detection: Detection, judgement: Judgement, level: Population) -> RocCurve | None:
+def _curve(detection: Detection, judgement: Judgement, level: Population) -> tuple[Array, Array] | None:
     records, scored = detection.records, judgement.scored
     _, healthy, of = reference_of(records, scored, judgement.direction)
     try:

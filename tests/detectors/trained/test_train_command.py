@@ -55,7 +55,6 @@ def test_labelled_records_teach_once_where_their_label_is_healthy(hydrofdi, tmp_
         refused(hydrofdi, "measured.yaml", *TRAIN, *healthy)
     done = hydrofdi("train", "measured.yaml", *TRAIN, "--healthy", "sound", "--window", "1 s")
     assert done.returncode == 0, done.stderr
-    assert "360 false alarms an hour" in " ".join(done.stdout.split())
     file = load_detector(tmp_path / "detector.json")
     assert (file.basis.populations, file.basis.n_record, file.basis.n_group) == ({"sound": 120}, 30, 3)
     assert (file.limits.interval_rests_on, file.limits.high) == ("groups", None)
@@ -119,8 +118,6 @@ def test_settings_come_from_a_file_and_options_win(hydrofdi, tmp_path):
     assert (file.config.window.duration, file.config.direction) == (1.0, "both")
     assert file.limits.false_alarm_rate == 0.2
     assert file.config.chart.options == {"direction": "both", "weight": 0.1, "variance": "exact"}
-    assert "set for one false alarm in 10 s" in " ".join(done.stdout.split())
-    assert "Designed for" not in done.stdout
     assert "needs 720 h" in refused(hydrofdi, *mine, "--false-alarm-every", "30 days")
     (tmp_path / "wrong.yaml").write_text("extends: base.yaml\nindicatr: dwt\nchart: {chart: cusm}\n")
     wrong = hydrofdi("train", "run.csv", "--config", "wrong.yaml", "--every", "1 bar", "--out", "x.json")

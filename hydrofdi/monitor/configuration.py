@@ -128,10 +128,6 @@ class OpcUaConfig(Section):
     publishing_interval: Annotated[float, SI("s", least=0.01, most=60.0)] = 0.5
     """Interval at which the server sends its samples [s]."""
 
-    wait: Annotated[float, SI("s", above=0.0, most=600.0)] = 2.0
-    """How long a sample waits for a node that has sent neither a value for its instant nor a later one [s];
-    afterwards the channel counts as missing."""
-
     queue: Annotated[float, SI("s", above=0.0, most=3600.0)] = 60.0
     """Length of the queue of samples waiting for the monitor [s]; beyond it, whole windows are dropped."""
 

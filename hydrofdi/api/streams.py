@@ -13,7 +13,7 @@ from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.file import is_detector
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.replaying import replayed
-from hydrofdi.monitor.replaying import sample_target as sample_target
+from hydrofdi.monitor.replaying import text_sender as text_sender
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.arguments import Names, names_of, path_of, positive_of

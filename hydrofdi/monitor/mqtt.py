@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 import ssl
 import time
 from collections import deque
@@ -21,7 +19,7 @@ from hydrofdi.detectors.lines import Line, WindowLine
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
 from hydrofdi.monitor.sources import Connection, credentials, exposed, network_reason, usable
-from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.records.streams import Event, EventKind
 
 _SENT_AT_ONCE = 10
 """Most messages that are sent before the broker acknowledges one; the others wait."""
@@ -236,16 +234,6 @@ class Publisher(MqttConnection):
     def _answered(self, client: Client, _: Any, number: int, code: Any, properties: Any) -> None:
         self._answers.append((number, code))
         self.changed.set()
-
-
-def payload_of(chunk: Chunk) -> bytes:
-    """Samples as JSON: ``time`` and channels, each in SI and as an array; null if a sample is missing."""
-    columns = {"time": chunk.time} | {channel.value: samples for channel, samples in chunk.channels.items()}
-    numbers = {
-        name: [number if math.isfinite(number) else None for number in samples.tolist()]
-        for name, samples in columns.items()
-    }
-    return json.dumps(numbers).encode()
 
 
 class MqttSink(Publisher):

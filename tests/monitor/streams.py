@@ -1,6 +1,7 @@
 """A detector by hand, streams that it watches, and a source that gives them."""
 
 import json
+import math
 import time
 from itertools import pairwise
 from typing import NamedTuple
@@ -57,6 +58,16 @@ def lines_of(watch, chunks, *, is_over=True):
         state, more = watch.step(state, chunk)
         lines += more
     return lines + (watch.end(state)[1] if is_over else [])
+
+
+def payload_of(chunk):
+    """Samples as JSON: ``time`` and channels, each in SI and as an array; null if a sample is missing."""
+    columns = {"time": chunk.time} | {channel.value: samples for channel, samples in chunk.channels.items()}
+    numbers = {
+        name: [number if math.isfinite(number) else None for number in samples.tolist()]
+        for name, samples in columns.items()
+    }
+    return json.dumps(numbers).encode()
 
 
 class Reading(NamedTuple):

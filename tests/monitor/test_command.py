@@ -185,7 +185,7 @@ def test_no_message_repeats_credentials_and_no_address_is_waited_for_as_a_file(m
     for arguments in (
         ("monitor", machine.detector, address, "--no-follow"), ("monitor", address, machine.stream),
         (*stream, "--no-follow", "--events", address), (*stream, "--no-follow", "--metrics", address),
-        ("replay", machine.stream, "--to", address), ("replay", address), (*stream, address),
+        ("replay", address), (*stream, address),
     ):  # fmt: skip
         done = run(*arguments, check=2)
         assert len(done.stderr.splitlines()) == 1
@@ -245,10 +245,7 @@ def test_nothing_comes_before_it_is_due_and_stamps_of_now_are_even_to_the_bit(ex
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (["--rate", "0Hz"], "rate"), (["--to", "file.csv"], "to file.csv"), (["--record", "7"], "'7'"),
-    (["--to", "mqtt://127.0.0.1:1/x", "--format", "csv"], "format"),
-    (["--to", "mqtts://127.0.0.1:1/x", "--config", "absent.yaml"], "absent.yaml"),
-    (["--set", "fluid.nothing=1"], "fluid.nothing"),
+    (["--rate", "0Hz"], "rate"), (["--record", "7"], "'7'"), (["--set", "fluid.nothing=1"], "fluid.nothing"),
 ])  # fmt: skip
 def test_what_a_replay_cannot_do_is_said_in_a_line(experiment, arguments, said):
     done = run("replay", experiment, *arguments, check=2)

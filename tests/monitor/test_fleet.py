@@ -25,7 +25,7 @@ from hydrofdi.monitor import machines as machines_module
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import MonitorConfig, Pattern, load_fleet_config
 from hydrofdi.monitor.loop import Ending
-from hydrofdi.monitor.mqtt import Message, payload_of
+from hydrofdi.monitor.mqtt import Message
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
 from hydrofdi.monitor.store import StateStore, WindowLog
@@ -46,7 +46,7 @@ from tests.monitor.fleets import (
     write_csv,
     write_fleet,
 )
-from tests.monitor.streams import P1, made_detector, part, stream
+from tests.monitor.streams import P1, made_detector, part, payload_of, stream
 
 MACHINES = made(5)
 BLOCKS = blocks_of(MACHINES)

@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import hydrofdi
 from hydrofdi.detectors.lines import Condition, WindowLine, line_record
 from hydrofdi.detectors.verdicts import Verdict
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, MqttConfig, Pattern
-from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
+from hydrofdi.monitor.mqtt import MqttSink, Publisher
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.topics import Topics, TopicSource
 from hydrofdi.records import Channel
@@ -24,7 +25,7 @@ from hydrofdi.records.description import RemarkLimits
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND, run, wait_until
 from tests.monitor.brokers import SECRET, Broker, client_at
-from tests.monitor.streams import Reader
+from tests.monitor.streams import Reader, payload_of
 
 P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
 RNG = np.random.default_rng(13)
@@ -316,7 +317,9 @@ def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(
     before = source_at(guarded.address(), detector=machine.detector)
     connected(before)
     before.close()
-    run("replay", machine.stream, "--rate", "max", "--to", guarded.address(), check=0)
+    with client_at(guarded, user="press") as client:
+        for chunk in hydrofdi.replay(machine.stream):
+            client.publish("press/samples", payload_of(chunk), 1).wait_for_publish(30.0)
     files = ["--state", "state", "--log", "log", "--events", guarded.address("press/events")]
     command = [*COMMAND, "monitor", str(machine.detector), guarded.address(), *files]
     shown = []

@@ -92,6 +92,8 @@ class Monitor:
                     self._say(Event(EventKind.STARTED, f"watches {', '.join(self._config.machines)}"))
                 else:
                     self._begin(self._single)
+                for event in self._outlets.said:
+                    self._say(event)
                 return self._watch(stop)
             except Exception as error:
                 with suppress(StoreError):
@@ -140,8 +142,6 @@ class Monitor:
                 ages.append(time.time() - float(chunk.time[-1]))
         if ages:
             self._note_age(median(ages))
-        for event in self._outlets.happened():
-            self._say(event)
         return is_busy
 
     def _note_age(self, age: float) -> None:

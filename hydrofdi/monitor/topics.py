@@ -17,7 +17,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, Pattern
 from hydrofdi.monitor.machines import SourceOf
-from hydrofdi.monitor.mqtt import Message, MqttConnection
+from hydrofdi.monitor.mqtt import MqttConnection
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import Inbox, Position, StreamSource, claimed
 from hydrofdi.records import Channel
@@ -45,6 +45,16 @@ _STALLED = 1.0
 
 _REMEMBERED = 64
 """Number of acknowledged messages that a machine can recognise; the broker may not know of the latest."""
+
+
+class Message(NamedTuple):
+    """A message; `number` identifies it to the broker until it is acknowledged."""
+
+    topic: str
+    payload: bytes
+    number: int
+    qos: int
+    is_repeated: bool
 
 
 class TopicSource(StreamSource):

@@ -106,7 +106,7 @@ def test_a_last_line_without_line_end_is_doubtful_everywhere(machine, tmp_path):
     ("mqqt://host/x", (), ["mqqt"]), ("results.h5", (), ["results.h5"]),
     ("nothing.csv", ("--no-follow",), ["nothing.csv"]),
     ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), ["sampling"]),
-    ("-", ("--config", "absent.yaml"), ["absent.yaml"]), ("-", ("--events", "ftp://host/x"), ["events"]),
+    ("-", ("--config", "absent.yaml"), ["absent.yaml"]),
     ("-", ("--metrics", "here"), ["metrics"]),
     ("-", ("--config", "monitor.yaml"), ["monitor.yaml:1: channels", "monitor.yaml:3: mqtt.keepalive"]),
 ])  # fmt: skip
@@ -184,7 +184,7 @@ def test_no_message_repeats_credentials_and_no_address_is_waited_for_as_a_file(m
     stream = ("monitor", machine.detector, machine.stream)
     for arguments in (
         ("monitor", machine.detector, address, "--no-follow"), ("monitor", address, machine.stream),
-        (*stream, "--no-follow", "--events", address), (*stream, "--no-follow", "--metrics", address),
+        (*stream, "--no-follow", "--metrics", address),
         ("replay", address), (*stream, address),
     ):  # fmt: skip
         done = run(*arguments, check=2)

@@ -128,10 +128,7 @@ def _on_first_call(
 
 
 def _prepared(
-    function: _Kernel,
-    key: tuple[Any, ...],
-    arguments: tuple[Any, ...],
-    compiled: Callable[[], bytes],
+    function: _Kernel, key: tuple[Any, ...], arguments: tuple[Any, ...], compiled: Callable[[], bytes]
 ) -> _Call:
     if not _can_link():
         raise OSError("this process cannot resolve the C library")

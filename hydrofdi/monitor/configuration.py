@@ -119,7 +119,7 @@ class OpcUaConfig(Section):
     """Interval at which the server sends its samples [s]."""
 
     queue: Annotated[float, SI("s", above=0.0, most=3600.0)] = 60.0
-    """Length of the queue of samples waiting for the monitor [s]; beyond it, whole windows are dropped."""
+    """Length of the queue of samples waiting for the monitor [s]; beyond it, the server has to wait."""
 
     security: Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"] = "none"
     """Policy for signing and encryption. ``none``: anyone on the network can read and change samples."""

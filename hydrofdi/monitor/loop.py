@@ -63,9 +63,7 @@ class Monitor:
         self._config, self._sources, self._outlets = config, sources, Outlets(config, on_line)
         self._store = None
         if config.state is not None:
-            self._store = StateStore(
-                config.state, is_fleet=single is None, partition=config.partition or WHOLE
-            )
+            self._store = StateStore(config.state, config.partition or WHOLE)
         self._log = None if config.log is None else WindowLog(config.log)
         self._single = single
         self.machines = {} if single is None else {single.name: single}

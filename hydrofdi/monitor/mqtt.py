@@ -11,7 +11,6 @@ from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
-from paho.mqtt.reasoncodes import ReasonCode
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
@@ -33,13 +32,13 @@ class MqttConnection(Connection):
         address: Address,
         config: MqttConfig,
         say: Callable[[Event], None],
-        client_id: str = "",
+        client_id: str,
         **wishes: int,
     ) -> None:
-        Connection.__init__(self, str(address), say)
+        super().__init__(str(address), say)
         self.address, self.config, self.client_id, self._wishes = address, config, client_id, wishes
-        self.changed = Signal()
-        self._is_lost, self._reason = False, ""
+        self._client: Client | None = None
+        self._is_lost, self._reason = Signal(), ""
 
     def connect(self) -> None:
         """Begin to connect."""
@@ -49,7 +48,8 @@ class MqttConnection(Connection):
     def close(self) -> None:
         """Disconnect and end; wait for an answer for three seconds at most."""
         self.is_closing.set()
-        self.changed.set()
+        if self._client is not None:
+            self._client.disconnect()
         self.end(3.0)
 
     def prepare(self, client: Client) -> None:
@@ -59,31 +59,30 @@ class MqttConnection(Connection):
         """The broker has accepted a client; with a session, it kept messages."""
 
     def refuse(self, client: Client, reason: str) -> None:
-        """End a connection that is of no use; the broker publishes what the client wants said of it then."""
+        """End a connection that is of no use."""
         self._reason = reason
-        client.disconnect(ReasonCode(PacketTypes.DISCONNECT, "Disconnect with will message"))
+        client.disconnect()
 
     def connect_once(self) -> str:
         """Connect with a new client."""
-        self._is_lost, self._reason = False, ""
+        self._is_lost.clear()
+        self._reason = ""
         wishes = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]
         for name, wish in self._wishes.items():
             setattr(wishes, name, wish)
         is_new = not self._wishes.get("SessionExpiryInterval")
         host, port, keepalive = self.address.host, self.address.port, round(self.config.keepalive)
         try:
-            client = self._new_client()
+            self._client = client = self._new_client()
             client.connect(host, port, keepalive, clean_start=is_new, properties=wishes)
         except OSError as error:
             return network_reason(error)
         except ValueError as error:  # paho's, or a file that cannot be used any more
             return str(error) if isinstance(error, ConfigError) else "the connection failed"
         client.loop_start()
-        while not self._is_lost:
-            self.changed.wait(1.0)
-            self.changed.clear()
-            if self.is_closing.is_set():
-                self.refuse(client, "")
+        if self.is_closing.is_set():  # since before there was a connection
+            client.disconnect()
+        self._is_lost.wait()
         client.loop_stop()
         return self._reason
 
@@ -122,8 +121,7 @@ class MqttConnection(Connection):
     def _on_disconnect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
         says = f"it says {code.getName().lower()!r}" if flags.is_disconnect_packet_from_server else ""
         self._reason = self._reason or says or "the broker closed the connection, or the network broke it"
-        self._is_lost = True
-        self.changed.set()
+        self._is_lost.set()
 
 
 def _tls_context(config: MqttConfig) -> ssl.SSLContext:

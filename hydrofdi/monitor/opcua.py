@@ -64,7 +64,8 @@ class OpcUaSource(sources.Connection, sources.StreamSource):
         channels: Mapping[Channel, ChannelConfig],
         sampling_frequency: float,
     ) -> None:
-        self._inbox: sources.Inbox[Chunk] = sources.Inbox(max(2, round(config.queue * sampling_frequency)))
+        capacity = round(config.queue * sampling_frequency * len(channels))
+        self._inbox: sources.Inbox[Chunk] = sources.Inbox(capacity)
         sources.StreamSource.__init__(self, str(address), self._inbox.events)
         super().__init__(self.name, self._inbox.say)
         if not channels:
@@ -87,6 +88,7 @@ class OpcUaSource(sources.Connection, sources.StreamSource):
 
     def close(self) -> None:
         """End the connection and its thread."""
+        self._inbox.close()
         self.end()
 
     def connect_once(self) -> str:
@@ -222,7 +224,7 @@ class OpcUaSource(sources.Connection, sources.StreamSource):
             chunks = self._whole(self._early, chunks)
         if chunks:
             chunk = sources.joined(chunks)
-            self._inbox.put(chunk, chunk.n_time, count=chunk.n_time, time=float(chunk.time[0]))
+            self._inbox.put(chunk, chunk.n_time)
 
     def _values(self, change: ua.MonitoredItemNotification) -> list[Chunk]:
         """Values of a change; none for the first of a node, which is an earlier value of any age."""

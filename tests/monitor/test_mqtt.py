@@ -60,7 +60,7 @@ def source_at(address, config=None, detector=Path("detector.json"), largest=2**2
     limits = RemarkLimits.model_construct(payload=largest)
     whole = MonitorConfig.model_construct(mqtt=config or MqttConfig(), limits=limits)
     source = Topic(Address.parse(address), whole, detector, confirms)
-    source.topics.connect()
+    super(Topics, source.topics).connect()  # several of one name
     return source
 
 

@@ -1,7 +1,6 @@
 """A detector by hand, streams that it watches, and a source that gives them."""
 
 import json
-import math
 import time
 from itertools import pairwise
 from typing import NamedTuple
@@ -61,13 +60,9 @@ def lines_of(watch, chunks, *, is_over=True):
 
 
 def payload_of(chunk):
-    """Samples as JSON: ``time`` and channels, each in SI and as an array; null if a sample is missing."""
+    """Samples as JSON: ``time`` and channels, each in SI and as an array."""
     columns = {"time": chunk.time} | {channel.value: samples for channel, samples in chunk.channels.items()}
-    numbers = {
-        name: [number if math.isfinite(number) else None for number in samples.tolist()]
-        for name, samples in columns.items()
-    }
-    return json.dumps(numbers).encode()
+    return json.dumps({name: samples.tolist() for name, samples in columns.items()}).encode()
 
 
 class Reading(NamedTuple):

@@ -437,15 +437,14 @@ def sensor_reading(channel: SensedSignal, run: RunParameters, samples: Signal, t
     `samples` (n_time,) are true values after all lags, `time` the nominal sampling instants [s].
     """
     sensor = channel.sensor(run)
-    reading = sensor.gain * samples + (sensor.bias + sensor.drift * time)  # (m4)
+    reading = np.asarray(sensor.gain * samples + systematic_error(time, sensor.bias, sensor.drift))  # (m4)
     if sensor.hum:
         phase = hum_phase(run, channel.section)
         reading = reading + hum(time, sensor.hum, sensor.hum_frequency, phase)
     noise = noise_autocovariance(sensor, run.measurement, run.record)
     if noise[0] > 0.0:
         reading = reading + gaussian_noise(noise, time.size, random_generator(run, channel.section))
-    if (sensor.lowest, sensor.highest) != (None, None):
-        reading = np.clip(reading, sensor.lowest, sensor.highest)  # (m5)
+    reading = saturated(reading, sensor.lowest, sensor.highest)  # (m5)
     if sensor.bits is not None and sensor.lowest is not None:
         reading = quantised(reading, sensor.lowest, sensor.resolution)  # (m6)
     return np.asarray(reading, dtype=float)
@@ -455,9 +454,21 @@ Value = Any
 """A float, or an array of any shape."""
 
 
+def systematic_error(time: Value, bias: float, drift: float) -> Value:
+    """Error from bias and drift [per s] of a sensor at a time [s], in the unit of the signal."""
+    return bias + drift * np.asarray(time)
+
+
 def hum(time: Value, amplitude: float, frequency: float, phase: float) -> Value:
     """Sine that the mains adds at a time [s]: frequency in Hz, phase in rad, in the unit of the amplitude."""
     return amplitude * np.sin(2.0 * math.pi * frequency * np.asarray(time) + phase)
+
+
+def saturated(signal: Value, lowest: float | None, highest: float | None) -> Value:
+    """The signal limited to a range; None means no limit."""
+    if lowest is None and highest is None:
+        return signal
+    return np.clip(signal, lowest, highest)
 
 
 def quantised(signal: Value, lowest: float, resolution: float) -> Value:

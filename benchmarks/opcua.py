@@ -61,8 +61,8 @@ def measure(rate, n_block):
     source.close()
     is_over.set()
     process.join()
-    n_due = round((times[-1] - times[0]) * rate) + 1
-    return busy / n_due * rate, len(times) / n_due
+    n_due = round((max(times) - min(times)) * rate) + 1
+    return busy / n_due * rate, len({*times}) / n_due
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ def read_text(data):
 def read_payloads(payloads):
     reader = PayloadReader(MonitorConfig())
     for payload in payloads:
-        reader.read(payload)
+        reader.read_all([payload])
 
 
 def main():

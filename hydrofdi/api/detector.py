@@ -251,9 +251,7 @@ class Detector(TrainedDetector):
         state: str | PathLike[str] | None = None,
         log: str | PathLike[str] | None = None,
         metrics: str | None = None,
-        events: Sequence[str] = (),
         follow: bool = True,
-        sampling_frequency: str | float | None = None,
         on_line: Callable[[dict[str, Any]], None] | TextIO | None = None,
         stop: Callable[[], bool] = lambda: False,
     ) -> Ending:
@@ -272,12 +270,8 @@ class Detector(TrainedDetector):
             Also append every line to this file, once.
         metrics : str, optional
             Address at which metrics are served for Prometheus, ``HOST:PORT``.
-        events : sequence of str, optional
-            Addresses to which events are sent: ``mqtt(s)://HOST/TOPIC``.
         follow : bool
             Whether to wait for more at the end of a file.
-        sampling_frequency : str or float, optional
-            Of text without a column of time [Hz].
         on_line : callable or file object, optional
             Called with each line, as `watch` yields them; to a file, they are written as JSON.
         stop : callable, optional
@@ -302,13 +296,11 @@ class Detector(TrainedDetector):
             raise ConfigError("save the detector first: the broker identifies it by the path of its file")
         if not isinstance(metrics, str | None):
             raise refusal("metrics", "HOST:PORT", metrics)
-        addresses = names_of("events", events, "addresses")
         stated = load_monitor_config(None if config is None else path_of(config))
         kind = MachineKind(self.file, stated, str(config))
         stream = open_stream(
             source if isinstance(source, str) else str(path_of(source)),
             kind,
-            sampling_frequency=Described(sampling_frequency).frequency,
             is_followed=follow,
             is_resumed=state is not None,
         )
@@ -320,7 +312,6 @@ class Detector(TrainedDetector):
             state=None if state is None else path_of(state),
             log=None if log is None else path_of(log),
             metrics=metrics or "",
-            events=addresses,
         ).run(stop)
 
     def __repr__(self) -> str:

@@ -13,7 +13,7 @@ from hydrofdi.api.sources import Described, open_records
 from hydrofdi.detectors.file import is_detector
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.replaying import replayed
-from hydrofdi.monitor.replaying import sample_target as sample_target
+from hydrofdi.monitor.replaying import text_sender as text_sender
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.arguments import Names, names_of, path_of, positive_of
@@ -85,7 +85,6 @@ def monitor_fleet(
     state: str | PathLike[str] | None = None,
     log: str | PathLike[str] | None = None,
     metrics: str | None = None,
-    events: Sequence[str] = (),
     partition: str | None = None,
     follow: bool = True,
     on_line: Callable[[dict[str, Any]], None] | TextIO | None = None,
@@ -97,7 +96,7 @@ def monitor_fleet(
     ----------
     fleet : path
         YAML with the machines, their detectors, and the description of their samples.
-    state, log, metrics, events, partition, optional
+    state, log, metrics, partition, optional
         Replace the keys of the same name in the file.
     follow : bool
         Whether to wait for more at the end of files.
@@ -124,11 +123,7 @@ def monitor_fleet(
     if file.is_file() and is_detector(file):
         raise ConfigError(f"{file}: is a detector; state the source that it judges behind it")
     files = {key: str(path_of(each).absolute()) for key, each in (("state", state), ("log", log)) if each}
-    stated = files | {
-        "metrics": metrics,
-        "events": names_of("events", events, "addresses"),
-        "partition": partition,
-    }
+    stated = files | {"metrics": metrics, "partition": partition}
     config = load_fleet_config(file, **{key: value for key, value in stated.items() if value})
     patterns = [Pattern.parse(text, file.parent) for text in config.machines]
     sources = Sources(config, file, patterns, is_followed=follow)

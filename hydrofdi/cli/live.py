@@ -174,8 +174,8 @@ def monitor(
     with interruption(lambda: None) as asked:
         settings |= {"stop": lambda: bool(asked)}
         if source is None:
-            for key in {"config", "sampling_frequency"} & settings.keys():
-                raise ConfigError(f"{key}: of a fleet, state the keys of a configuration in {detector}")
+            if "config" in settings:
+                raise ConfigError(f"config: of a fleet, state the keys of a configuration in {detector}")
             ending = hydrofdi.monitor_fleet(detector, partition=partition, on_line=sys.stdout, **settings)
         elif partition is not None:
             raise ConfigError("--partition: applies to a fleet, hydrofdi monitor FLEET")
@@ -219,19 +219,9 @@ def replay(
             " [default: as measured].",
         ),
     ] = None,
-    to: Annotated[
-        str, typer.Option(metavar="-|mqtt://HOST/TOPIC", help="Standard output, or a topic of a broker.")
-    ] = "-",
     form: Annotated[
-        Literal["csv", "json"] | None,
-        typer.Option("--format", help="Format on standard output [default: csv]."),
-    ] = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="YAML file with the connection to the broker, as for 'hydrofdi monitor'."
-        ),
-    ] = None,
+        Literal["csv", "json"], typer.Option("--format", help="Rows, or an object for each sample.")
+    ] = "csv",
     settings: Settings = None,
     **more: Any,
 ) -> int:
@@ -239,15 +229,14 @@ def replay(
 
     Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
     """
-    from hydrofdi.api.streams import sample_target
+    from hydrofdi.api.streams import text_sender
 
     chunks = hydrofdi.replay(source, rate=rate, settings=settings or (), **more)
-    n_sample = 0
+    send, n_sample = text_sender(form, sys.stdout), 0
     try:
-        with sample_target(to, form, config, sys.stdout, tell) as send:
-            for chunk in chunks:
-                send(chunk)
-                n_sample += chunk.n_time
+        for chunk in chunks:
+            send(chunk)
+            n_sample += chunk.n_time
     except KeyboardInterrupt:
         tell(f"stopped after {counted(n_sample, 'sample')}")
         return 0

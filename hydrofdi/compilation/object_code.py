@@ -99,43 +99,36 @@ def strict_kernel(function: _Kernel) -> _Kernel:
     return _on_first_call(function, partial(_compile, fast_math=False))
 
 
-def _on_first_call(function: _Kernel, compile_: Callable[[_Kernel, tuple[Any, ...]], bytes]) -> _Kernel:
-    calls: dict[tuple[Any, ...], _Call] = {}
-
-    @wraps(function)
-    def call(*arguments: Any) -> None:
-        types = _type_of(arguments)
-        if types not in calls:
-            calls[types] = _prepared(function, types, arguments, compile_)
-        calls[types](*arguments)
-
-    return cast(_Kernel, call)
-
-
 def recorded_kernel(function: _Kernel) -> _Kernel:
     """Run a function of `symbols` as machine code, from the cache or else recorded.
 
     Each combination of argument types, and of the values of other arguments, has its own machine code. Arrays
     that it fills must not overlap others.
     """
+    return _on_first_call(function, _recorded_code, is_dynamic)
+
+
+def _on_first_call(
+    function: _Kernel,
+    compile_: Callable[[_Kernel, tuple[Any, ...]], bytes],
+    is_passed: Callable[[Any], bool] = lambda argument: True,
+) -> _Kernel:
+    """Arguments that are not passed are constants of the machine code."""
     calls: dict[tuple[Any, ...], _Call] = {}
 
     @wraps(function)
     def call(*arguments: Any) -> None:
-        dynamic = tuple(filter(is_dynamic, arguments))
-        key = tuple(_type_of(argument) if is_dynamic(argument) else argument for argument in arguments)
+        passed = tuple(filter(is_passed, arguments))
+        key = tuple(_type_of(argument) if is_passed(argument) else argument for argument in arguments)
         if key not in calls:
-            calls[key] = _prepared(function, key, dynamic, lambda *_: _recorded_code(function, arguments))
-        calls[key](*dynamic)
+            calls[key] = _prepared(function, key, passed, lambda: compile_(function, arguments))
+        calls[key](*passed)
 
     return cast(_Kernel, call)
 
 
 def _prepared(
-    function: _Kernel,
-    key: tuple[Any, ...],
-    arguments: tuple[Any, ...],
-    compile_: Callable[[_Kernel, tuple[Any, ...]], bytes],
+    function: _Kernel, key: tuple[Any, ...], arguments: tuple[Any, ...], compiled: Callable[[], bytes]
 ) -> _Call:
     if not _can_link():
         raise OSError("this process cannot resolve the C library")
@@ -147,7 +140,7 @@ def _prepared(
     name = f"{function.__name__}-{_digest(repr((source, key, *_machine())).encode()).hex()}.o"
     code = _read(folder / name) if folder else None
     if code is None:
-        code = compile_(function, arguments)
+        code = compiled()
         if folder:
             _write(folder / name, code)
     return _link(code, arguments)

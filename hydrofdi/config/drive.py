@@ -182,11 +182,6 @@ class InputConfig(Section):
         return fields if self.file is None else fields | {"file": digest(self.file)}
 
     @property
-    def factor(self) -> float:
-        """What scales the waveform of unit amplitude [V]; a file is not scaled."""
-        return 1.0 if self.shape == "csv" else self.amplitude
-
-    @property
     def is_periodic(self) -> bool:
         """Whether the voltage repeats itself after a period."""
         return self.shape in PERIODIC

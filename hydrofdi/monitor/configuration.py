@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from urllib.parse import unquote, urlsplit
 from zlib import crc32
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.records.description import FormatConfig, SamplesConfig, channel_mistakes, one_or_more
@@ -71,15 +71,8 @@ class Address:
         return f"{self.scheme}://{host}:{self.port}/{self.path}"
 
 
-def topic_address(text: str) -> Address:
-    """The address of a topic to which lines are sent."""
-    if not is_mqtt(text):
-        raise ConfigError(f"events: {text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
-    return Address.parse(text)
-
-
 class MqttConfig(Section):
-    """Connections to MQTT 5 brokers. Messages are sent and read at quality of service 1."""
+    """Connections to MQTT 5 brokers. Messages are read at quality of service 1."""
 
     client_id: str = Field(default="", max_length=128)
     """Name under which the broker keeps the messages of a source while the monitor is disconnected. Two
@@ -112,9 +105,6 @@ class MqttConfig(Section):
     """File that contains only the password, readable only by its owner; by default the environment variable
     HYDROFDI_MQTT_PASSWORD."""
 
-    windows: bool = False
-    """Whether ``--events`` sends windows to a topic as well as events."""
-
     @model_validator(mode="after")
     def _has_both(self) -> Self:
         if (self.certificate is None) != (self.key is None):
@@ -128,12 +118,8 @@ class OpcUaConfig(Section):
     publishing_interval: Annotated[float, SI("s", least=0.01, most=60.0)] = 0.5
     """Interval at which the server sends its samples [s]."""
 
-    wait: Annotated[float, SI("s", above=0.0, most=600.0)] = 2.0
-    """How long a sample waits for a node that has sent neither a value for its instant nor a later one [s];
-    afterwards the channel counts as missing."""
-
     queue: Annotated[float, SI("s", above=0.0, most=3600.0)] = 60.0
-    """Length of the queue of samples waiting for the monitor [s]; beyond it, whole windows are dropped."""
+    """Length of the queue of samples waiting for the monitor [s]; beyond it, the server has to wait."""
 
     security: Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"] = "none"
     """Policy for signing and encryption. ``none``: anyone on the network can read and change samples."""
@@ -206,7 +192,7 @@ class MonitorConfig(SamplesConfig):
 
 _OF_RECORDS = {
     "files", "path", "group", "label", "healthy", "severity", "drive_period",
-    "sampling_frequency_is",
+    "sampling_frequency", "sampling_frequency_is",
 }  # fmt: skip
 """Keys of a description that name and label records of files."""
 
@@ -272,9 +258,6 @@ class FleetConfig(MonitorConfig):
     metrics: str = ""
     """Address at which metrics are served for Prometheus, ``HOST:PORT``."""
 
-    events: Annotated[tuple[str, ...], one_or_more(str)] = ()
-    """Addresses to which events are sent: ``mqtt(s)://HOST/TOPIC``."""
-
     interval: Annotated[float, SI("s", least=0.01, most=10.0)] = 0.25
     """Samples that arrive within this time are judged together [s]."""
 
@@ -298,26 +281,12 @@ class FleetConfig(MonitorConfig):
             raise ValueError(f"{given!r} is no partition; write '1/3' to '3/3' for three processes")
         return given
 
-    @field_validator("machines", "events")
+    @field_validator("machines")
     @classmethod
-    def _are_addresses(cls, given: tuple[str, ...], about: ValidationInfo) -> tuple[str, ...]:
+    def _are_patterns(cls, given: tuple[str, ...]) -> tuple[str, ...]:
         for text in given:
-            if about.field_name == "events":
-                topic_address(text)
-            else:
-                Pattern.parse(text, Path())
+            Pattern.parse(text, Path())
         return given
-
-    @model_validator(mode="after")
-    def _reads_no_own_events(self) -> Self:
-        for text in self.events:
-            topic = Address.parse(text).path
-            for pattern in (Pattern.parse(source, Path()) for source in self.machines if is_mqtt(source)):
-                if pattern.name_in(topic) or pattern.name_in(f"{topic}/status"):
-                    raise ValueError(
-                        f"'events' {text} is also read, as that of a machine; choose another topic"
-                    )
-        return self
 
     def owns(self, name: str) -> bool:
         """Whether a machine belongs to this process."""

@@ -63,9 +63,7 @@ class Monitor:
         self._config, self._sources, self._outlets = config, sources, Outlets(config, on_line)
         self._store = None
         if config.state is not None:
-            self._store = StateStore(
-                config.state, is_fleet=single is None, partition=config.partition or WHOLE
-            )
+            self._store = StateStore(config.state, config.partition or WHOLE)
         self._log = None if config.log is None else WindowLog(config.log)
         self._single = single
         self.machines = {} if single is None else {single.name: single}
@@ -92,6 +90,8 @@ class Monitor:
                     self._say(Event(EventKind.STARTED, f"watches {', '.join(self._config.machines)}"))
                 else:
                     self._begin(self._single)
+                for event in self._outlets.said:
+                    self._say(event)
                 return self._watch(stop)
             except Exception as error:
                 with suppress(StoreError):
@@ -140,8 +140,6 @@ class Monitor:
                 ages.append(time.time() - float(chunk.time[-1]))
         if ages:
             self._note_age(median(ages))
-        for event in self._outlets.happened():
-            self._say(event)
         return is_busy
 
     def _note_age(self, age: float) -> None:

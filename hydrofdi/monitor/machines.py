@@ -7,7 +7,6 @@ import json
 import logging
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, runtime_checkable
 
@@ -15,14 +14,13 @@ from hydrofdi.detectors.detector import NUMBER, Detector
 from hydrofdi.detectors.file import DetectorFile
 from hydrofdi.detectors.lines import Line, WindowLine, is_said, line_record
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig, topic_address
+from hydrofdi.monitor.configuration import FleetConfig, MonitorConfig
 from hydrofdi.monitor.sources import StreamSource, needing_extra
 from hydrofdi.monitor.store import StoredMachine
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.metrics import MetricsServer
-    from hydrofdi.monitor.mqtt import MqttSink
 
 _log = logging.getLogger(__name__)
 
@@ -201,30 +199,21 @@ Receiver = Callable[[dict[str, Any]], None] | TextIO | View | None
 
 
 class Outlets:
-    """Hands lines on as JSON; in a fleet with the name of the machine, which is None for the fleet itself."""
+    """Hands lines on as JSON; in a fleet with the name of the machine, which is None for the fleet itself.
+
+    `said` are events of the outlets themselves.
+    """
 
     def __init__(self, config: FleetConfig, to: Receiver) -> None:
         self._view = to if isinstance(to, View) else None
         self._to = None if isinstance(to, View) else to
         self._metrics: MetricsServer | None = None
-        self._sinks: list[MqttSink] = []
-        self._events = list[Event]()
-        self._stack = ExitStack()
-        with needing_extra(), ExitStack() as stack:
-            if self._view is not None:
-                stack.callback(self._view.close)
-            if config.metrics:
+        self.said: list[Event] = []
+        if config.metrics:
+            with needing_extra():
                 from hydrofdi.monitor.metrics import MetricsServer
-
-                self._metrics = MetricsServer(config.metrics)
-                stack.callback(self._metrics.close)
-                self._events += self._metrics.said
-            for text in config.events:
-                from hydrofdi.monitor.mqtt import MqttSink
-
-                self._sinks.append(MqttSink(topic_address(text), config.mqtt))
-                stack.callback(self._sinks[-1].close)
-            self._stack = stack.pop_all()
+            self._metrics = MetricsServer(config.metrics)
+            self.said = self._metrics.said
 
     def put(self, machine: Machine | None, chunk: Chunk | None, lines: Sequence[Line]) -> str:
         """Hand lines on; the text of those that are said."""
@@ -245,9 +234,6 @@ class Outlets:
             for line in said
         ]
         texts = [json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n" for record in records]
-        for sink in self._sinks:
-            wanted = [text for line, text in zip(said, texts, strict=True) if sink.wants(line)]
-            self._events += sink.send_all(wanted)
         if callable(self._to):
             for record in records:
                 self._to(record)
@@ -261,18 +247,13 @@ class Outlets:
         if self._metrics is not None:
             self._metrics.show_age("" if machine is None else machine.source.name, age)
 
-    def happened(self) -> list[Event]:
-        """Events of the outlets themselves."""
-        for sink in self._sinks:
-            self._events += sink.send_all(())
-        events, self._events = self._events, []
-        return events
-
     def forget(self, machine: str) -> None:
         """Serve no metrics of a machine any more."""
         if self._metrics is not None:
             self._metrics.forget(machine)
 
     def close(self) -> None:
-        """Write and send what is left, and end."""
-        self._stack.close()
+        """End."""
+        for outlet in (self._metrics, self._view):
+            if outlet is not None:
+                outlet.close()

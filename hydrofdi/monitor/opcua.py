@@ -1,16 +1,15 @@
-"""A stream from an OPC UA server: subscribed nodes, joined by their time stamps; encrypted on request."""
+"""Values of nodes of an OPC UA server as a stream, which the detector joins; encrypted on request."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
 import math
-import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
 from datetime import UTC
 from math import ceil
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from asyncua import ua
@@ -48,6 +47,9 @@ _POLL, _PATIENCE = 0.1, 3.0
 _MOST = 65_536
 """Most samples that are read at once."""
 
+_WAIT = 2.0
+"""How long values of nodes wait for a node that has sent none since the connection was made [s]."""
+
 _OVERFLOW = 0x480
 """Bits of the status of a value before which the queue of the server was full."""
 
@@ -62,7 +64,8 @@ class OpcUaSource(sources.Connection, sources.StreamSource):
         channels: Mapping[Channel, ChannelConfig],
         sampling_frequency: float,
     ) -> None:
-        self._inbox: sources.Inbox[Chunk] = sources.Inbox(max(2, round(config.queue * sampling_frequency)))
+        capacity = round(config.queue * sampling_frequency * len(channels))
+        self._inbox: sources.Inbox[Chunk] = sources.Inbox(capacity)
         sources.StreamSource.__init__(self, str(address), self._inbox.events)
         super().__init__(self.name, self._inbox.say)
         if not channels:
@@ -70,8 +73,8 @@ class OpcUaSource(sources.Connection, sources.StreamSource):
         self._config, self._period = config, 1 / sampling_frequency
         self._columns = {channel: _column(channel, config) for channel, config in channels.items()}
         self._nodes = [column.title for column in self._columns.values()]
-        self._joiner = Joiner(len(self._nodes), self._period, config.wait)
-        self._begun: set[int] = set()
+        self._begun: set[Channel] = set()
+        self._early: list[Chunk] | None = []
         self._new_client()
 
     def open(self, position: sources.Position) -> None:
@@ -85,6 +88,7 @@ class OpcUaSource(sources.Connection, sources.StreamSource):
 
     def close(self) -> None:
         """End the connection and its thread."""
+        self._inbox.close()
         self.end()
 
     def connect_once(self) -> str:
@@ -203,39 +207,50 @@ class OpcUaSource(sources.Connection, sources.StreamSource):
         for node, item in zip(self._nodes, await client.uaclient.create_monitored_items(wanted), strict=True):
             if not item.StatusCode.is_good():
                 raise ConnectionError(f"it does not report {node}: {item.StatusCode.name}")
-        self._joiner.begin()
         self._begun.clear()
+        self._early = []
         self.report_connected(f", {counted(len(self._nodes), 'node')}")
 
     def _take(self, changes: Sequence[ua.MonitoredItemNotification]) -> None:
-        now, n_overflow = time.monotonic(), 0
-        values: list[NodeValue] = []
+        chunks, n_overflow = [], 0
         for change in changes:
             status = change.Value.StatusCode
             n_overflow += status is not None and status.value & _OVERFLOW == _OVERFLOW
-            values += self._values(change, now)
+            chunks += self._values(change)
         if n_overflow:
             text = f"{self.name}: its queue was full; samples were lost before they were sent"
             self.say(Event(EventKind.DROPPED, text, count=n_overflow))
-        instants, samples = self._joiner.add(values, now)
-        if instants.size:
-            columns = zip(self._columns.items(), samples.T, strict=True)
-            chunk = Chunk(instants, {channel: column.in_si(row.copy()) for (channel, column), row in columns})
-            self._inbox.put(chunk, chunk.n_time, count=chunk.n_time, time=float(instants[0]))
+        if self._early is not None:
+            chunks = self._whole(self._early, chunks)
+        if chunks:
+            chunk = sources.joined(chunks)
+            self._inbox.put(chunk, chunk.n_time)
 
-    def _values(self, change: ua.MonitoredItemNotification, now: float) -> list[NodeValue]:
+    def _values(self, change: ua.MonitoredItemNotification) -> list[Chunk]:
         """Values of a change; none for the first of a node, which is an earlier value of any age."""
-        position = change.ClientHandle - _FIRST_HANDLE
-        if position not in self._begun:
-            self._begun.add(position)
+        channel, column = [*self._columns.items()][change.ClientHandle - _FIRST_HANDLE]
+        if channel not in self._begun:
+            self._begun.add(channel)
             return []
         try:
-            return _node_values(change.Value, position, self._period, now)
+            instants, values = _node_values(change.Value, self._period)
         except TypeError as error:
-            text = f"{self.name}: {self._nodes[position]} contains {error} instead of a number"
+            text = f"{self.name}: {column.title} contains {error} instead of a number"
             self.say(Event(EventKind.MALFORMED, text, is_silent=text in self.said))
             self.said.add(text)
             return []
+        return [Chunk(instants, {channel: column.in_si(values)})] if values.size else []
+
+    def _whole(self, early: list[Chunk], chunks: list[Chunk]) -> list[Chunk]:
+        """Values from the first instant of all nodes on, which do not begin together. They wait for each
+        other, but not for a node that sends nothing."""
+        early += chunks
+        firsts = {channel: chunk.time[0] for chunk in reversed(early) for channel in chunk.channels}
+        begin = max(firsts.values(), default=0.0) - 0.501 * self._period
+        if len(firsts) < len(self._nodes) and not any(chunk.time[-1] > begin + _WAIT for chunk in early):
+            return []
+        self._early = None
+        return [chunk.part(int(np.searchsorted(chunk.time, begin)), chunk.n_time) for chunk in early]
 
 
 def _changes_of(result: ua.PublishResult) -> list[ua.MonitoredItemNotification]:
@@ -279,97 +294,21 @@ def _column(channel: Channel, config: ChannelConfig) -> ReadColumn:
     return ReadColumn(0, config.column, config, config.unit, factor_to_si(config.unit, channel.unit, where))
 
 
-def _node_values(data: ua.DataValue, channel: int, period: float, arrival: float) -> list[NodeValue]:
-    """A number, or an array of consecutive samples with the time stamp of the last; NaN if not good."""
+def _node_values(data: ua.DataValue, period: float) -> tuple[Array, Array]:
+    """Instants [s] and values of a number, or of an array of consecutive samples with the time stamp of the
+    last; NaN if not good."""
     stamp = data.SourceTimestamp or data.ServerTimestamp
     if stamp is None:
         raise TypeError("a value without a time stamp")
     value = None if data.Value is None else data.Value.Value
     if data.StatusCode is not None and not data.StatusCode.is_good():
         value = math.nan
-    numbers = value if isinstance(value, list) else [value]
-    end = stamp.replace(tzinfo=UTC).timestamp()
-    start = end - (len(numbers) - 1) * period
-    return [NodeValue(start + n * period, channel, _number(x), arrival) for n, x in enumerate(numbers)]
+    numbers = [_number(each) for each in (value if isinstance(value, list) else [value])]
+    ages = period * np.arange(len(numbers), dtype=np.float64)[::-1]
+    return stamp.replace(tzinfo=UTC).timestamp() - ages, np.array(numbers, dtype=np.float64)
 
 
 def _number(value: object) -> float:
     if isinstance(value, bool | int | float):
         return float(value) if math.isfinite(value) else math.nan
     raise TypeError("nothing" if value is None else f"a {type(value).__name__}")
-
-
-class NodeValue(NamedTuple):
-    """A value of one node: instant [s], position of its channel, value in its unit, when it arrived [s]."""
-
-    time: float
-    channel: int
-    value: float
-    arrival: float
-
-
-class Joiner:
-    """Joins values whose time stamps lie within half a sampling period.
-
-    If a node has no value for an instant, the sample is NaN. The instant is complete without it as soon as
-    the node has sent a later value, or after `wait` seconds. Before the first instant with all nodes, up to
-    `wait` seconds of other instants are dropped, because nodes do not begin together.
-    """
-
-    def __init__(self, n_channel: int, period: float, wait: float) -> None:
-        self._n_channel, self._tolerance, self._wait = n_channel, 0.501 * period, wait
-        self._patience = round(wait / period)
-        self._last = -np.inf
-        self.begin()
-
-    def begin(self) -> None:
-        """Begin a new connection; pending values of the old one are dropped."""
-        self._pending: list[NodeValue] = []
-        self._latest = [-np.inf] * self._n_channel
-        self._left_out = 0
-
-    def add(self, values: Sequence[NodeValue], now: float) -> tuple[Array, Array]:
-        """Add values, those of a node in the order in which it sent them, and return the ready samples."""
-        for value in values:
-            self._latest[value.channel] = value.time
-        self._pending = sorted((*self._pending, *values))
-        instants = self._instants()
-        n_ready = 0
-        while n_ready < len(instants) and self._is_ready(*instants[n_ready], now):
-            n_ready += 1
-        self._pending = [value for _, values in instants[n_ready:] for value in values.values()]
-        kept = [instant for instant in instants[:n_ready] if self._is_kept(*instant)]
-        samples = np.full((len(kept), self._n_channel), np.nan)
-        for row, (_, present) in enumerate(kept):
-            for value in present.values():
-                samples[row, value.channel] = value.value
-        return np.array([time for time, _ in kept]), samples
-
-    def _instants(self) -> list[tuple[float, dict[int, NodeValue]]]:
-        """Instants, each with the values of its channels: at most one of a node."""
-        instants: list[tuple[float, dict[int, NodeValue]]] = []
-        for value in self._pending:
-            begin, values = instants[-1] if instants else (-np.inf, {})
-            is_other = value.channel in values and values[value.channel].time != value.time
-            if value.time - begin > self._tolerance or is_other:
-                values = {}
-                instants.append((value.time, values))
-            values[value.channel] = value
-        return instants
-
-    def _is_ready(self, time: float, values: Mapping[int, NodeValue], now: float) -> bool:
-        missing = set(range(self._n_channel)) - values.keys()
-        if all(self._latest[channel] - time > self._tolerance for channel in missing):
-            return True
-        return now - min(value.arrival for value in values.values()) > self._wait
-
-    def _is_kept(self, time: float, values: Mapping[int, NodeValue]) -> bool:
-        if len(values) == self._n_channel:
-            self._left_out = self._patience
-        elif time <= self._last + self._tolerance:
-            return False
-        elif self._left_out < self._patience:
-            self._left_out += 1
-            return False
-        self._last = time
-        return True

@@ -13,7 +13,7 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources import joined, malformed
+from hydrofdi.monitor.sources import joined
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, Titled, columns_of, split_title
 from hydrofdi.records.description import is_counts
@@ -22,19 +22,6 @@ from hydrofdi.records.streams import Chunk
 from hydrofdi.records.times import time_column, unix_seconds
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import SI
-
-
-class SampleClock:
-    """Counts samples at a sampling frequency."""
-
-    def __init__(self, sampling_frequency: float, n_sample: int = 0) -> None:
-        self.sampling_frequency, self.n_sample = sampling_frequency, n_sample
-
-    def take(self, n_time: int) -> Array:
-        """Instants of the next samples [s], shape (n_time,)."""
-        first, self.n_sample = self.n_sample, self.n_sample + n_time
-        return np.arange(first, self.n_sample) / self.sampling_frequency
-
 
 _FREQUENCY, _HERTZ = "sampling_frequency", SI("Hz", above=0.0)
 _MOST_KEYS = 256
@@ -50,15 +37,9 @@ class Lines:
     `header` has the lines that are needed to continue within the stream.
     """
 
-    def __init__(
-        self,
-        config: MonitorConfig,
-        clock: SampleClock | None = None,
-        needed: Collection[Channel] = (),
-        name: str = "JSON",
-    ) -> None:
+    def __init__(self, config: MonitorConfig, needed: Collection[Channel] = (), name: str = "JSON") -> None:
         self.header: list[str] = []
-        self.config, self.clock, self.name, self.needed = config, clock, name, needed
+        self.config, self.name, self.needed = config, name, needed
 
     def chunks(self, lines: Sequence[str]) -> list[Chunk]:
         """Samples of complete lines."""
@@ -73,24 +54,19 @@ class Lines:
 
     def is_row(self, line: str) -> bool:
         """Whether a line is a sample, or the header once more; it takes none."""
-        n_sample = 0 if self.clock is None else self.clock.n_sample
         try:
             return line in self.header or self.block([line]).n_time > 0
         except ValueError:
             return False
-        finally:
-            if self.clock is not None:
-                self.clock.n_sample = n_sample
 
     def line(self, line: str, error: ValueError) -> list[Chunk]:
         """A line that is something else: a sample that could not be read."""
         return [self.lost(line, str(error))]
 
     def lost(self, line: str, reason: str) -> Chunk:
-        """A sample that could not be read; those that follow keep their instants."""
-        if self.clock is not None:
-            self.clock.n_sample += 1
-        return malformed("line", line.strip("\r "), reason)
+        """A sample that could not be read."""
+        text = line.strip("\r ")[:60]
+        return Chunk(np.array([np.nan]), {}, {0: f"malformed line {text!r}: {reason}"})
 
 
 Columns = tuple[ReadColumn | None, dict[Channel, ReadColumn]]
@@ -104,80 +80,55 @@ class PayloadReader(Lines):
         super().__init__(*args, **more)
         self._known: dict[tuple[tuple[str, ...], tuple[int, ...]], Columns] = {}
 
-    def read(self, payload: bytes) -> Chunk:
-        """The samples of a payload: one JSON object, or one on each line."""
-        return joined([self.chunk([sample]) for sample in self._objects(payload)])
-
     def read_all(self, payloads: Sequence[bytes]) -> Chunk:
-        """The samples of payloads, at once if all have the same form; those that are not understood are a
-        sample each that could not be read."""
-        with suppress(PayloadError, UnicodeDecodeError):
-            objects = [each for payload in payloads for each in self._objects(payload)]
-            if len(set(map(_form, objects))) == 1:
-                return self.chunk(objects)
-        chunks = []
-        for payload in payloads:
-            try:
-                chunks.append(self.read(payload))
-            except (PayloadError, UnicodeDecodeError) as error:
-                chunks.append(malformed("message", payload[:60].decode(errors="replace"), str(error)))
-        return joined(chunks)
+        """The samples of payloads: one JSON object in each, or one on each line."""
+        return joined(super().chunks([line for payload in payloads for line in self._lines_of(payload)]))
 
-    def _objects(self, payload: bytes) -> list[dict[str, Any]]:
-        if len(payload) > self.config.limits.payload:
-            raise PayloadError(f"is larger than {counted(self.config.limits.payload, 'byte')}")
+    def _lines_of(self, payload: bytes) -> list[str]:
         lines = [line for line in payload.splitlines() if line.strip()]
-        are_objects = len(lines) > 1 and lines[0].rstrip().endswith(b"}")
-        return [parsed(line) for line in (lines if are_objects else [payload])]
+        is_whole = len(lines) < 2 or not lines[0].rstrip().endswith(b"}")
+        is_whole = is_whole or len(payload) > self.config.limits.payload
+        return [each.decode("utf-8-sig", errors="replace") for each in ([payload] if is_whole else lines)]
 
     def chunks(self, lines: Sequence[str]) -> list[Chunk]:
         """Samples of complete lines."""
         return super().chunks([line for line in lines if line.strip()])
 
     def block(self, lines: Sequence[str]) -> Chunk:
-        """A line, or lines with the same keys and one sample each, as one block."""
+        """The samples of lines with JSON objects of the same keys."""
+        if max(map(len, lines)) > self.config.limits.payload:
+            raise PayloadError(f"is larger than {counted(self.config.limits.payload, 'byte')}")
         objects = [parsed(line) for line in lines]
-        if len({tuple(sample) for sample in objects}) > 1:
-            raise PayloadError("lines have different keys")
-        if len(objects) == 1:
-            return self.chunk(objects)
-        return self.chunk([{key: [sample[key] for sample in objects] for key in objects[0]}])
-
-    def chunk(self, objects: Sequence[Mapping[str, Any]]) -> Chunk:
-        """The samples of JSON objects of the same form."""
         first = objects[0]
+        if len(set(map(tuple, objects))) > 1:
+            raise PayloadError("lines have different keys")
         time, channels = self._columns_of({key: value for key, value in first.items() if key != _FREQUENCY})
-        values = {
-            channel: [_listed(sample[column.title]) for sample in objects]
-            for channel, column in channels.items()
-        }
-        lengths = {tuple(map(len, lists)) for lists in values.values()}
+        in_si, lengths = dict[Channel, Array](), set[tuple[int, ...]]()
+        for channel, column in channels.items():
+            values, counts = _flat([sample[column.title] for sample in objects])
+            in_si[channel] = column.in_si(_numbers(column.title, values))
+            lengths.add(counts)
         if len(lengths) > 1:
             raise PayloadError("the channels have different numbers of samples")
-        (counts,) = lengths
-        in_si = {
-            channel: column.in_si(_numbers(column.title, [*chain.from_iterable(values[channel])]))
-            for channel, column in channels.items()
-        }
-        if time is not None:
-            instants = [self._instants(time, *each) for each in zip(objects, counts, strict=True)]
-            times = instants[0] if len(instants) == 1 else np.concatenate(instants)
-        elif self.clock is not None:
-            times = self.clock.take(sum(counts))
-        else:
+        if time is None:
             raise PayloadError("has no time stamp; add 'time' [s]")
-        return Chunk(times, in_si)
+        return Chunk(self._instants(time, objects, counts), in_si)
 
-    def _instants(self, time: ReadColumn, sample: Mapping[str, Any], n_time: int) -> Array:
-        """Instants of the samples of an object [s], shape (n_time,)."""
-        times = self._times(time, sample[time.title])
-        if times.size == 1 and _FREQUENCY in sample:
-            with np.errstate(over="ignore"):
-                times = times + np.arange(n_time) / _frequency(sample[_FREQUENCY])
-        if times.size != n_time:
-            stamps = counted(times.size, "time stamp")
-            raise PayloadError(f"has {stamps} for {counted(n_time, 'sample')}, and no '{_FREQUENCY}'")
-        return times
+    def _instants(
+        self, time: ReadColumn, objects: Sequence[Mapping[str, Any]], counts: Sequence[int]
+    ) -> Array:
+        """Instants [s] of the samples of objects, which state all of them, or the first one and the rate."""
+        stamps, n_stamps = _flat([sample[time.title] for sample in objects])
+        times = self._times(time, stamps)
+        if n_stamps == counts:
+            return times
+        if {*n_stamps} != {1} or _FREQUENCY not in objects[0]:
+            stated = counted(n_stamps[0], "time stamp")
+            raise PayloadError(f"has {stated} for {counted(counts[0], 'sample')}, and no '{_FREQUENCY}'")
+        rates = [_frequency(sample[_FREQUENCY]) for sample in objects]
+        with np.errstate(over="ignore"):
+            each = [first + np.arange(n) / rate for first, n, rate in zip(times, counts, rates, strict=True)]
+        return np.concatenate(each)
 
     def _columns_of(self, sample: Mapping[str, Any]) -> Columns:
         """The columns that keys mean; those of the last objects are cached."""
@@ -195,7 +146,7 @@ class PayloadReader(Lines):
         header = Titled("JSON", keys, dated)
         config = self.config.model_copy(update={"channels": present})
         try:
-            columns = stream_columns(header, config, self.needed, has_clock=self.clock is not None)
+            columns = stream_columns(header, config, self.needed)
         except DataError as error:
             raise PayloadError(str(error).removeprefix("JSON: ")) from None
         if len(self._known) == _MOST_KEYS:
@@ -203,29 +154,24 @@ class PayloadReader(Lines):
         self._known[keys, dated] = columns
         return columns
 
-    def _times(self, column: ReadColumn, value: Any) -> Array:
+    def _times(self, column: ReadColumn, values: list[Any]) -> Array:
         """Instants [s] from numbers or dates, shape (n_time,)."""
-        if not _is_text(value):
-            return column.in_si(_numbers(column.title, _listed(value)))
-        texts = value if isinstance(value, list) else [value]
+        if not _is_text(values):
+            return column.in_si(_numbers(column.title, values))
         try:
-            return unix_seconds(texts, self.config.time_zone)
+            return unix_seconds(values, self.config.time_zone)
         except (AttributeError, TypeError, ValueError, OverflowError) as error:
             raise PayloadError(f"{column.title[:60]!r}: {str(error)[:200]}") from None
 
 
-def stream_columns(
-    header: Titled, config: MonitorConfig, needed: Collection[Channel], *, has_clock: bool
-) -> tuple[ReadColumn | None, dict[Channel, ReadColumn]]:
-    """The column of time of a stream, and those of its channels; a clock is preferred to dates."""
+def stream_columns(header: Titled, config: MonitorConfig, needed: Collection[Channel]) -> Columns:
+    """The column of time of a stream, and those of its channels."""
     channels = columns_of(header, config.channels, needed)
     for channel, column in channels.items():
         if is_counts(column.unit) and not column.config.unit:
             raise DataError(
                 f"{header.place}: {column.title[:60]!r} is in counts; write 'gain' and 'unit' of {channel}"
             )
-    if has_clock and config.time is None:
-        header.dated = ()
     return time_column(header, config.time), channels
 
 
@@ -240,13 +186,12 @@ def parsed(text: bytes | str) -> dict[str, Any]:
     return value
 
 
-def _form(sample: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[bool, ...]]:
-    """Keys, and which of them have texts."""
-    return tuple(sample), tuple(map(_is_text, sample.values()))
-
-
-def _listed(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else [value]
+def _flat(values: list[Any]) -> tuple[list[Any], tuple[int, ...]]:
+    """Values of objects, some of which may be lists, one after the other, and how many each has."""
+    if list not in set(map(type, values)):
+        return values, (1,) * len(values)
+    lists = [value if isinstance(value, list) else [value] for value in values]
+    return [*chain.from_iterable(lists)], tuple(map(len, lists))
 
 
 def _numbers(key: str, values: list[Any]) -> Array:

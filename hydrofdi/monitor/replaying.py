@@ -1,4 +1,4 @@
-"""Records that are played as a stream, to a reader or a broker."""
+"""Records that are played as a stream, and its text."""
 
 from __future__ import annotations
 
@@ -6,13 +6,10 @@ import json
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, TextIO
 
-from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.monitor.configuration import Address, is_mqtt, load_monitor_config
+from hydrofdi.errors import DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.files import titled
 from hydrofdi.records.streams import Chunk
@@ -23,10 +20,6 @@ _BLOCK_DURATION = 0.05
 
 _MOST_SAMPLES = 4096
 """Samples of a block at most."""
-
-
-_AHEAD = 20
-"""Most messages of samples that the broker has not acknowledged; the next one waits."""
 
 
 _GAP = 10
@@ -72,29 +65,7 @@ def _chosen(source: RecordSource, record: str) -> Iterator[tuple[RecordBatch, in
         raise DataError(f"{source.name}: has no record {record!r}; it has {number:,}, numbered from 1")
 
 
-Send = Callable[[Chunk], None]
-
-
-@contextmanager
-def sample_target(
-    to: str, form: str | None, config: Path | None, stream: TextIO, tell: Callable[[str], None]
-) -> Iterator[Send]:
-    """Receiver of blocks of samples; it has received all when it is closed."""
-    if to == "-":
-        if config is not None:
-            raise ConfigError("config: is for a broker; give its topic as 'to'")
-        yield _text_sender(form, stream)
-    elif not is_mqtt(to):
-        expected = "expected '-' for standard output, or mqtt://host:port/topic"
-        raise ConfigError(f"to {to}: {expected}")
-    elif form is not None:
-        raise ConfigError("format: is for standard output; messages are JSON")
-    else:
-        with _broker(to, config, tell) as send:
-            yield send
-
-
-def _text_sender(form: str | None, stream: TextIO) -> Send:
+def text_sender(form: str, stream: TextIO) -> Callable[[Chunk], None]:
     """Samples as text, in SI and to the bit: JSON, or CSV with a header that comes again if it changes."""
     written: tuple[Channel, ...] = ()
 
@@ -115,33 +86,3 @@ def _text_sender(form: str | None, stream: TextIO) -> Send:
         stream.flush()
 
     return send
-
-
-@contextmanager
-def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterator[Send]:
-    from hydrofdi.monitor.sources import needing_extra
-
-    with needing_extra():
-        from hydrofdi.monitor.mqtt import Publisher, payload_of
-    publisher = Publisher(Address.parse(to), load_monitor_config(config).mqtt, _AHEAD)
-
-    def wait_until(n_waiting: int) -> None:
-        while not publisher.wait_until(n_waiting, 1.0):
-            tell_events()
-
-    def tell_events() -> None:
-        while publisher.events:
-            if not (event := publisher.events.popleft()).is_silent:
-                tell(event.text)
-
-    def send(chunk: Chunk) -> None:
-        wait_until(_AHEAD - 1)
-        publisher.send(payload_of(chunk))
-        tell_events()
-
-    try:
-        yield send
-        wait_until(0)
-    finally:
-        publisher.close()
-        tell_events()

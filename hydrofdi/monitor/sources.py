@@ -99,11 +99,6 @@ def joined(chunks: Sequence[Chunk]) -> Chunk:
     return Chunk(np.concatenate([np.empty(0), *(chunk.time for chunk in chunks)]), channels, unread)
 
 
-def malformed(what: str, text: str, reason: str) -> Chunk:
-    """A line or a payload that is not understood: a sample that could not be read."""
-    return Chunk(np.array([np.nan]), {}, {0: f"malformed {what} {text[:60]!r}: {reason}"})
-
-
 GATHER = 0.5
 """Longest time that samples wait for more, so that those of many small pieces are read together [s]."""
 
@@ -175,39 +170,25 @@ def claimed(name: str, refusal: str) -> socket.socket:
 
 Item = TypeVar("Item")
 
-_DROPPED = "the monitor is slower than the stream: what comes while its queue is full is lost"
-
 
 class Inbox(Generic[Item]):
     """Items and events from the thread of a connection, for the thread of the monitor.
 
-    While it is full, it holds the sender up, or drops all until it is empty: one long gap, not many short
-    ones.
+    While it is full, it holds the sender up.
     """
 
     def __init__(self, capacity: int) -> None:
         self._capacity = capacity
         self.events: deque[Event] = deque()
         self._items: deque[tuple[Item, int]] = deque()
-        self._size = self._n_dropped = 0
-        self._is_dropping = self._is_closed = False
+        self._size, self._is_closed = 0, False
         self._failure: BaseException | None = None
         self._changed = Condition()
 
-    def put(
-        self, item: Item, size: int, *, waits: bool = False, count: int = 1, time: float | None = None
-    ) -> None:
-        """Add an item. Without room, wait; or drop it, which counts `count` from `time` [s] on."""
+    def put(self, item: Item, size: int) -> None:
+        """Add an item, once there is room."""
         with self._changed:
-            if waits:
-                self._changed.wait_for(lambda: self._is_closed or self._has_room(size))
-            elif self._is_dropping:
-                self._n_dropped += count
-                return
-            elif not self._has_room(size):
-                self._is_dropping = True
-                self.events.append(Event(EventKind.DROPPED, _DROPPED, time, count))
-                return
+            self._changed.wait_for(lambda: self._is_closed or self._has_room(size))
             self._items.append((item, size))
             self._size += size
             self._changed.notify_all()
@@ -234,15 +215,12 @@ class Inbox(Generic[Item]):
                 self._changed.wait_for(lambda: self._size >= enough or self.events or self._failure, GATHER)
             if self._failure is not None:
                 raise self._failure
-            if self._n_dropped:
-                self.events.append(Event(EventKind.DROPPED, _DROPPED, None, self._n_dropped, is_silent=True))
             items: list[Item] = []
             while self._items and (not items or self._items[0][1] <= most):
                 item, size = self._items.popleft()
                 items.append(item)
                 self._size -= size
                 most -= size
-            self._n_dropped, self._is_dropping = 0, self._is_dropping and bool(self._items)
             self._changed.notify_all()
             return items
 

@@ -28,8 +28,8 @@ VERSION = 7
 WHOLE = "1/1"
 """Partition of a process that has all machines."""
 
-_APPLICATION = {"fleet": 0x48464644, "machine": 0x4846464D}
-"""Mark of the database: the letters HFFD, and HFFM for that of a single machine."""
+_MARK = 0x48464644
+"""Mark of the database: the letters HFFD."""
 
 _MARKS = "application_id", "user_version"
 
@@ -58,9 +58,8 @@ class StateStore:
 
     _database: sqlite3.Connection
 
-    def __init__(self, path: Path, *, is_fleet: bool = True, partition: str = WHOLE) -> None:
-        self.path, self._owner = path.resolve(), "fleet" if is_fleet else "machine"
-        self._partition = partition
+    def __init__(self, path: Path, partition: str = WHOLE) -> None:
+        self.path, self._partition = path.resolve(), partition
 
     @contextmanager
     def opened(self) -> Iterator[None]:
@@ -110,19 +109,19 @@ class StateStore:
 
     def _prepare(self, database: sqlite3.Connection) -> None:
         """Make a new database, or check that this one has the same owner."""
-        mark, marks, is_new = _APPLICATION[self._owner], list[int](), False
+        marks, is_new = list[int](), False
         with suppress(sqlite3.DatabaseError):  # another kind of file
             marks = [database.execute(f"pragma {key}").fetchone()[0] for key in _MARKS]
             is_new = not database.execute("select count(*) from sqlite_master").fetchone()[0]
-        if not is_new and marks != [mark, VERSION]:
-            what = f"belongs to another version, or is not the state of a {self._owner}"
+        if not is_new and marks != [_MARK, VERSION]:
+            what = "belongs to another version, or is not the state of a monitor"
             raise StoreError(f"{self.path}: {what}, and was not changed; choose another name")
         with self._troubles("read"):
             database.execute("pragma journal_mode = wal")
             database.execute("pragma synchronous = full")
             if is_new:
                 database.executescript(
-                    f"begin; pragma application_id = {mark}; pragma user_version = {VERSION};"
+                    f"begin; pragma application_id = {_MARK}; pragma user_version = {VERSION};"
                     f"{_TABLES} insert into fleet values ('{self._partition}'); commit;"
                 )
             (partition,) = database.execute("select partition from fleet").fetchone()

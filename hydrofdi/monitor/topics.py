@@ -17,7 +17,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, Pattern
 from hydrofdi.monitor.machines import SourceOf
-from hydrofdi.monitor.mqtt import Message, MqttConnection
+from hydrofdi.monitor.mqtt import MqttConnection
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import Inbox, Position, StreamSource, claimed
 from hydrofdi.records import Channel
@@ -45,6 +45,16 @@ _STALLED = 1.0
 
 _REMEMBERED = 64
 """Number of acknowledged messages that a machine can recognise; the broker may not know of the latest."""
+
+
+class Message(NamedTuple):
+    """A message; `number` identifies it to the broker until it is acknowledged."""
+
+    topic: str
+    payload: bytes
+    number: int
+    qos: int
+    is_repeated: bool
 
 
 class TopicSource(StreamSource):
@@ -139,7 +149,7 @@ class Topics(MqttConnection):
         assert address is not None
         names, own = [str(pattern.address) for pattern in patterns], config.partition.replace("/", "-")
         # The same at each start; every broker accepts its 23 characters.
-        text = "\n".join((socket.gethostname(), str(file.resolve()), *names, *([] if is_single else [own])))
+        text = "\n".join((socket.gethostname(), str(file.resolve()), *names, own))
         named = f"hydrofdi-{sha256(text.encode()).hexdigest()[:14]}"
         self._least_size = LEAST_OF_ONE if is_single else _LEAST_SIZE
         self._most_kept = _MOST_OF_ONE if is_single else MOST_KEPT
@@ -153,7 +163,6 @@ class Topics(MqttConnection):
             ReceiveMaximum=_MOST_UNACKNOWLEDGED,
             MaximumPacketSize=16 * config.limits.payload,
         )
-        self._is_single = is_single
         self._claim: socket.socket | None = None
         self._topics = [pattern.text for pattern in patterns]
         self._was_connected, self._remark = False, ""
@@ -163,10 +172,9 @@ class Topics(MqttConnection):
         self._heard, self.is_behind = time.monotonic(), False
 
     def connect(self) -> None:
-        """Begin to connect; a partition of a fleet as the only process here that has this session."""
-        if not self._is_single:
-            refusal = f"{self.address}: another process reads this partition; end it, or choose another"
-            self._claim = claimed(self.client_id, refusal)
+        """Begin to connect, as the only process here that has this session."""
+        refusal = f"{self.address}: another process reads it, or this partition; end it, or choose another"
+        self._claim = claimed(self.client_id, refusal)
         super().connect()
 
     def close(self) -> None:
@@ -204,7 +212,7 @@ class Topics(MqttConnection):
             topic = ""  # of no machine
         size = max(len(message.payload), self._least_size)
         plain = Message(topic, bytes(message.payload), message.mid, message.qos, message.dup)
-        self._inbox.put((client, plain), size, waits=bool(message.qos))
+        self._inbox.put((client, plain), size)
 
     def dispatch(self, source_of: SourceOf, timeout: float = 0.0) -> None:
         """Hand the messages that have arrived, or of a single machine arrive within `timeout` seconds, to the

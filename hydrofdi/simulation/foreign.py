@@ -8,6 +8,7 @@ import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,10 @@ from hydrofdi.config.plant import OUTPUTS
 from hydrofdi.engine import TIME_LIMIT, LocalPoolEngine, available_cores
 from hydrofdi.errors import ConfigError
 from hydrofdi.fmi import Instance, PlantError, instance_of
-from hydrofdi.physics.valve import converted, pid_step
 from hydrofdi.simulation.balances import RunOutcome, Trajectory
 from hydrofdi.simulation.inputs import input_voltage, load_force, position_reference
+from hydrofdi.simulation.kernel import control as sample_controller
+from hydrofdi.simulation.lanes import ModelOptions, pack_singles
 from hydrofdi.simulation.sensing import Measurement, feedback_noise, reading_errors, steps_per_control
 
 Signals = dict[str, NDArray[np.float64]]
@@ -196,30 +198,25 @@ def _controller(
 
     None in open loop, or if the FMU has the controller.
     """
-    control, sensor, record, plant = run.control, run.position_sensor, run.record, run.plant
-    if not control.is_closed or "input_voltage" not in plant.inputs:
+    record, plant, due = run.record, run.plant, steps_per_control(run)
+    if not run.control.is_closed or "input_voltage" not in plant.inputs:
         return None
-    steps, due = np.arange(record.n_step), steps_per_control(run)
-    references = position_reference(run.input, control.amplitude, record, steps)
-    errors = reading_errors(run, steps, noise)
+    steps, options = np.arange(record.n_step), ModelOptions.of(run)
+    wanted = position_reference(run.input, run.control.amplitude, record, steps)
+    references = np.stack([wanted, reading_errors(run, steps, noise)])
+    parameters = pack_singles([run], [0.0])[0]
+    lane = SimpleNamespace(
+        **{name: parameters[name] for name in parameters.dtype.names},
+        **{name: np.zeros(1) for name in ("position", "voltage", "integral", "error")},
+    )
     column, output = list(plant.inputs).index("input_voltage"), list(plant.outputs).index("piston_position")
     drive, shown = plant.variable("input_voltage"), plant.variable("piston_position")
-    voltage = integral = previous = 0.0
 
     def sampled(step: int, outputs: NDArray[np.float64]) -> None:
-        nonlocal voltage, integral, previous
         if step % due == 0:
-            position = shown.factor * outputs[output] + shown.offset
-            if control.is_measured:
-                reading = sensor.gain * position + errors[step]  # (m4), then (m5) and (m6)
-                position = converted(reading, sensor.lower_end, sensor.upper_end, sensor.resolution)
-            error = references[step] - position
-            voltage, integral = map(float, pid_step(  # (c1)
-                error, previous, integral, control.proportional_gain, control.used_integral_gain,
-                control.used_derivative_gain, control.sample_time, control.voltage_limit,
-            ))  # fmt: skip
-            previous = error
-        voltages[step] = voltage
-        held[step, column] = (voltage - drive.offset) / drive.factor
+            lane.position[0] = shown.factor * outputs[output] + shown.offset
+            sample_controller(lane, 0, references, step, options)
+        voltages[step] = lane.voltage[0]
+        held[step, column] = (voltages[step] - drive.offset) / drive.factor
 
     return sampled

@@ -82,8 +82,7 @@ def position_reference(
 
     Values from a file are positions and are not scaled by the amplitude.
     """
-    factor = 1.0 if drive.shape == "csv" else amplitude
-    return factor * input_voltage(drive.model_copy(update={"amplitude": 1.0}), record, steps)
+    return input_voltage(drive.model_copy(update={"amplitude": amplitude}), record, steps)
 
 
 @lru_cache(maxsize=1024)
@@ -124,10 +123,7 @@ class Spools:
         order = [k for _, group in self._groups for k in group]
         # The inverse of the order by groups.
         self.columns = np.argsort(order)
-        # Inputs that differ in amplitude only are computed once, with amplitude 1.
-        units = positions_by(drives[k].input.model_copy(update={"amplitude": 1.0}) for k in order)
-        self._units, self._unit_of_drive = list(units), indices(units, len(order))
-        self._amplitude = np.array([drives[k].input.factor for k in order])
+        self._inputs = [drives[k].input for k in order]
         self._stages = np.empty((0, 4, len(order)))
         self._spools = np.zeros(len(self._groups), SPOOLS)
         for spool, (_, group) in zip(self._spools, self._groups, strict=True):
@@ -146,10 +142,10 @@ class Spools:
             Spool position at the four Runge-Kutta stages of each step [m]; valid until the next call.
         """
         steps = np.arange(first, first + n_step)
-        units = np.empty((n_step, len(self._units)))
-        for column, unit in enumerate(self._units):
-            units[:, column] = input_voltage(unit, self._record, steps)
-        voltage = self._amplitude * units[:, self._unit_of_drive]
+        distinct = {drive: input_voltage(drive, self._record, steps) for drive in {*self._inputs}}
+        voltage = np.empty((n_step, len(self._inputs)))
+        for column, drive in enumerate(self._inputs):
+            voltage[:, column] = distinct[drive]
         if len(self._stages) < n_step:
             self._stages = np.empty((n_step, 4, voltage.shape[1]))
         stages, first_drive = self._stages[:n_step], 0

@@ -78,9 +78,11 @@ class Broker:
 
 
 @contextmanager
-def client_at(broker, client_id=""):
+def client_at(broker, client_id="", user=None):
     """A client of its own, connected; with a name, the broker keeps what it misses."""
     client = Client(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
+    if user is not None:
+        client.username_pw_set(user, SECRET)
     client.max_inflight_messages_set(1000)
     client.max_queued_messages_set(0)
     wishes = Properties(PacketTypes.CONNECT)

@@ -12,10 +12,9 @@ from hydrofdi.api.streams import monitor_fleet
 from hydrofdi.detectors.detector import Detector
 from hydrofdi.detectors.file import detector_text
 from hydrofdi.detectors.lines import is_said, line_record
-from hydrofdi.monitor.mqtt import payload_of
 from hydrofdi.records.streams import Chunk
 from tests.monitor import streams
-from tests.monitor.streams import P1, Killed, lines_of, made_detector, part, stream
+from tests.monitor.streams import P1, Killed, lines_of, made_detector, part, payload_of, stream
 from tests.records.measuring import csv_of
 
 FILE = made_detector()

@@ -59,6 +59,12 @@ def lines_of(watch, chunks, *, is_over=True):
     return lines + (watch.end(state)[1] if is_over else [])
 
 
+def payload_of(chunk):
+    """Samples as JSON: ``time`` and channels, each in SI and as an array."""
+    columns = {"time": chunk.time} | {channel.value: samples for channel, samples in chunk.channels.items()}
+    return json.dumps({name: samples.tolist() for name, samples in columns.items()}).encode()
+
+
 class Reading(NamedTuple):
     """What a source gave, what happened, and whether it ended."""
 

@@ -105,8 +105,7 @@ def test_a_last_line_without_line_end_is_doubtful_everywhere(machine, tmp_path):
 @pytest.mark.parametrize(("source", "options", "named"), [
     ("mqqt://host/x", (), ["mqqt"]), ("results.h5", (), ["results.h5"]),
     ("nothing.csv", ("--no-follow",), ["nothing.csv"]),
-    ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), ["sampling"]),
-    ("-", ("--config", "absent.yaml"), ["absent.yaml"]), ("-", ("--events", "ftp://host/x"), ["events"]),
+    ("-", ("--config", "absent.yaml"), ["absent.yaml"]),
     ("-", ("--metrics", "here"), ["metrics"]),
     ("-", ("--config", "monitor.yaml"), ["monitor.yaml:1: channels", "monitor.yaml:3: mqtt.keepalive"]),
 ])  # fmt: skip
@@ -184,8 +183,8 @@ def test_no_message_repeats_credentials_and_no_address_is_waited_for_as_a_file(m
     stream = ("monitor", machine.detector, machine.stream)
     for arguments in (
         ("monitor", machine.detector, address, "--no-follow"), ("monitor", address, machine.stream),
-        (*stream, "--no-follow", "--events", address), (*stream, "--no-follow", "--metrics", address),
-        ("replay", machine.stream, "--to", address), ("replay", address), (*stream, address),
+        (*stream, "--no-follow", "--metrics", address),
+        ("replay", address), (*stream, address),
     ):  # fmt: skip
         done = run(*arguments, check=2)
         assert len(done.stderr.splitlines()) == 1
@@ -245,10 +244,7 @@ def test_nothing_comes_before_it_is_due_and_stamps_of_now_are_even_to_the_bit(ex
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (["--rate", "0Hz"], "rate"), (["--to", "file.csv"], "to file.csv"), (["--record", "7"], "'7'"),
-    (["--to", "mqtt://127.0.0.1:1/x", "--format", "csv"], "format"),
-    (["--to", "mqtts://127.0.0.1:1/x", "--config", "absent.yaml"], "absent.yaml"),
-    (["--set", "fluid.nothing=1"], "fluid.nothing"),
+    (["--rate", "0Hz"], "rate"), (["--record", "7"], "'7'"), (["--set", "fluid.nothing=1"], "fluid.nothing"),
 ])  # fmt: skip
 def test_what_a_replay_cannot_do_is_said_in_a_line(experiment, arguments, said):
     done = run("replay", experiment, *arguments, check=2)

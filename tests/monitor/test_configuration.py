@@ -77,7 +77,7 @@ def test_dates_without_a_zone_are_in_the_stated_one(zone, date, expected):
     payload = json.dumps({"time": date, "P1 [bar]": 1}).encode()
     texts = payload + b"\n", f"Zeit,P1 [bar]\n{date},50\n".encode()
     chunks = [read_in_pieces(reader(zone=zone), text)[0] for text in texts]
-    for chunk in (*chunks, PayloadReader(config_of(zone=zone)).read(payload)):
+    for chunk in (*chunks, PayloadReader(config_of(zone=zone)).read_all([payload])):
         instant = datetime(2026, *expected, tzinfo=UTC).timestamp()
         assert chunk.time.tolist() == pytest.approx([instant], abs=1e-6)
 

@@ -25,11 +25,10 @@ from hydrofdi.monitor import machines as machines_module
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import MonitorConfig, Pattern, load_fleet_config
 from hydrofdi.monitor.loop import Ending
-from hydrofdi.monitor.mqtt import Message, payload_of
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
 from hydrofdi.monitor.store import StateStore, WindowLog
-from hydrofdi.monitor.topics import TopicSource
+from hydrofdi.monitor.topics import Message, TopicSource
 from tests.commands import COMMAND, run, wait_until
 from tests.monitor.brokers import client_at
 from tests.monitor.fleets import (
@@ -46,7 +45,7 @@ from tests.monitor.fleets import (
     write_csv,
     write_fleet,
 )
-from tests.monitor.streams import P1, made_detector, part, stream
+from tests.monitor.streams import P1, made_detector, part, payload_of, stream
 
 MACHINES = made(5)
 BLOCKS = blocks_of(MACHINES)
@@ -183,9 +182,6 @@ def test_the_command_watches_a_fleet_or_says_what_is_missing(fleet, log, tmp_pat
     assert (lines[0]["event"], lines[-1]["event"]) == ("started", "stopped")
     assert n_window({"all": lines}) == 60
     assert log.read_text() == done.stdout
-    write_fleet(tmp_path, "mqtt://h/plant/+", events="mqtt://h/plant/events")
-    run("monitor", fleet, check=2)
-    write_fleet(tmp_path, "press/*.csv")
     for arguments in (
         [tmp_path / "detector.json"], [fleet, "--config", fleet], [fleet, "--partition", "0/3"],
         [tmp_path / "detector.json", tmp_path / "press" / "m0.csv", "--partition", "1/3"],
@@ -199,7 +195,7 @@ def test_the_command_watches_a_fleet_or_says_what_is_missing(fleet, log, tmp_pat
 @pytest.mark.parametrize(("key", "value"), [
     ("machines", "mqtt://h/$share/g/+/samples"), ("machines", "mqtt://h/+/+/samples"), ("machines", "mqtt://h/a+"),
     ("machines", "mqtt://h/a/#"), ("machines", "opc.tcp://h"), ("machines", "*/*.csv"), ("machines", []),
-    ("partition", "3/2"), ("interval", "20 s"), ("detector", "d.json"), ("events", ["http://h"]),
+    ("partition", "3/2"), ("interval", "20 s"), ("detector", "d.json"),
 ])  # fmt: skip
 def test_what_is_wrong_in_the_file_is_said_with_its_key_and_line(key, value, tmp_path):
     path = tmp_path / "fleet.yaml"

@@ -104,7 +104,7 @@ def test_killed_before_or_after_the_state_nothing_is_lost_or_twice(undisturbed, 
 def test_a_torn_step_is_completed(undisturbed, n_written, tmp_path):
     with pytest.raises(Killed):
         run(tmp_path, storing=killed_at(15))
-    store = StateStore(tmp_path / "state", is_fleet=False)
+    store = StateStore(tmp_path / "state")
     with store.opened():
         waiting = store.read_log()["waiting"]
     assert waiting
@@ -280,7 +280,7 @@ def test_what_is_no_log_is_refused_and_left_whole(tmp_path):
 
 def test_the_state_of_another_source_or_detector_or_in_use_is_refused(tmp_path):
     run(tmp_path)
-    store = StateStore(tmp_path / "state", is_fleet=False)
+    store = StateStore(tmp_path / "state")
     with store.opened(), pytest.raises(StoreError, match="another monitor"):
         run(tmp_path)
     with pytest.raises(StoreError, match="another source"):
@@ -291,7 +291,7 @@ def test_the_state_of_another_source_or_detector_or_in_use_is_refused(tmp_path):
 
 @pytest.fixture
 def stored(tmp_path):
-    store = StateStore(tmp_path / "state", is_fleet=False)
+    store = StateStore(tmp_path / "state")
     with store.opened():
         store.write({"": StoredMachine("made", "digest", {"seen": [1, 2]}, {"number": np.array(4)})}, {})
     return store
@@ -305,7 +305,7 @@ def execute(path, command, *values):
 @pytest.mark.parametrize("change", [
     *(f"update machine set {each} = 'text'" for each in ("name", "source", "detector", "position", "state")),
     "update machine set state = cast('text' as blob)", "pragma user_version = 3",
-    "pragma application_id = 0x48464644", lambda path: path.write_text("longer than the header" * 20),
+    "pragma application_id = 0x4846464D", lambda path: path.write_text("longer than the header" * 20),
     lambda path: path.unlink() or execute(path, "create table mine (a)"),
     lambda path: path.write_bytes(path.read_bytes()[:-4096]),
     lambda path: path.write_bytes(b"0" * 64 + b"\n{}\nof an earlier version"),

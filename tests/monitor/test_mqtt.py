@@ -2,29 +2,25 @@
 
 import json
 import subprocess
-import sys
 import time
-from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from contextlib import contextmanager
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.lines import Condition, WindowLine, line_record
-from hydrofdi.detectors.verdicts import Verdict
+import hydrofdi
 from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import Address, FleetConfig, MonitorConfig, MqttConfig, Pattern
-from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.topics import Topics, TopicSource
 from hydrofdi.records import Channel
 from hydrofdi.records.description import RemarkLimits
-from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.records.streams import Chunk, EventKind
 from tests.commands import COMMAND, run, wait_until
-from tests.monitor.brokers import SECRET, Broker, client_at
-from tests.monitor.streams import Reader
+from tests.monitor.brokers import SECRET, client_at
+from tests.monitor.streams import Reader, payload_of
 
 P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
 RNG = np.random.default_rng(13)
@@ -64,7 +60,7 @@ def source_at(address, config=None, detector=Path("detector.json"), largest=2**2
     limits = RemarkLimits.model_construct(payload=largest)
     whole = MonitorConfig.model_construct(mqtt=config or MqttConfig(), limits=limits)
     source = Topic(Address.parse(address), whole, detector, confirms)
-    source.topics.connect()
+    super(Topics, source.topics).connect()  # several of one name
     return source
 
 
@@ -73,12 +69,9 @@ def connected(source):
 
 
 def send(broker, blocks):
-    publisher = Publisher(Address.parse(broker.address()), MqttConfig(), 1000)
-    for block in blocks:
-        assert publisher.wait_until(19, 30.0)
-        assert publisher.send(payload_of(block))
-    assert publisher.wait_until(0, 30.0)
-    publisher.close()
+    with client_at(broker) as client:
+        for sent in [client.publish("press/samples", payload_of(block), 1) for block in blocks]:
+            sent.wait_for_publish(30.0)
 
 
 def times(blocks):
@@ -131,17 +124,17 @@ def test_a_broker_that_is_absent_is_waited_for_and_one_that_starts_again_loses_n
     broker.start()
     reader.has(EventKind.CONNECTED)
     assert [event.kind for event in reader.events] == ["disconnected", "connected"]
-    publisher = closing(Publisher(Address.parse(broker.address()), MqttConfig(), 1000))
-    for block in BLOCKS[:40]:
-        if block is BLOCKS[10]:
-            reader.has_until(BLOCKS[9].time[-1])
-            broker.stop()
-        if block is BLOCKS[20]:
-            reader.has(EventKind.DISCONNECTED, 2)
-            source.confirm()
-            broker.start()
-        assert publisher.send(payload_of(block))
-    reader.has_until(BLOCKS[39].time[-1]).has(EventKind.CONNECTED, 2)
+    with client_at(broker) as client:
+        for block in BLOCKS[:40]:
+            if block is BLOCKS[10]:
+                reader.has_until(BLOCKS[9].time[-1])
+                broker.stop()
+            if block is BLOCKS[20]:
+                reader.has(EventKind.DISCONNECTED, 2)
+                source.confirm()
+                broker.start()
+            client.publish("press/samples", payload_of(block), 1)
+        reader.has_until(BLOCKS[39].time[-1]).has(EventKind.CONNECTED, 2)
     np.testing.assert_array_equal(reader.times, times(BLOCKS[:40]))
     for channel in (P1, U):
         sent = np.concatenate([block.channels[channel] for block in BLOCKS[:40]])
@@ -180,92 +173,6 @@ def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing)
         assert not any(chunk.unread for chunk in reader.has_until(later.time[-1]).chunks)
 
 
-LINES = "press/lines"
-ALARM = Event(EventKind.ALARM_RAISED, "the score 3.2 bar is above 2.1 bar", 12.5)
-WINDOW = WindowLine(7, 10.0, 12.0, Verdict(score=1.5, alarm=False, margin=0.4), None, Condition.HEALTHY)
-
-
-class Listener:
-    """What is published under a topic, retained messages included."""
-
-    def __init__(self, broker, client_id=""):
-        self.messages, self._stack = [], ExitStack()
-        client = self._stack.enter_context(client_at(broker, client_id))
-        client.on_message = lambda _, __, message: self.messages.append(message)
-        client.on_subscribe = lambda *_: self.messages.append(None)
-        client.subscribe(f"{LINES}/#", qos=1)
-        wait_until(lambda: None in self.messages)
-        self.close = self._stack.close
-
-    def payloads(self, topic=LINES):
-        return [each.payload for each in self.messages if each and each.topic == topic]
-
-    @property
-    def states(self):
-        return self.payloads(f"{LINES}/status")
-
-
-def sink_at(broker, with_windows=False, **options):
-    return MqttSink(Address.parse(broker.address(LINES)), MqttConfig(windows=with_windows), **options)
-
-
-def said_by(sink, lines):
-    """Send lines that it wants; what happened to those before."""
-    return sink.send_all([json.dumps(line_record(line)) for line in lines if sink.wants(line)])
-
-
-def wait_for(sink, kind):
-    wait_until(lambda: kind in [each.kind for each in said_by(sink, [])])
-
-
-def test_events_are_sent_and_windows_on_request(broker, closing):
-    listener = closing(Listener(broker))
-    for with_windows, expected in ((False, ["event"]), (True, ["window", "event"])):
-        listener.messages.clear()
-        sink = sink_at(broker, with_windows)
-        said_by(sink, [WINDOW, ALARM, replace(ALARM, is_silent=True)])
-        sink.close()
-        wait_until(lambda: listener.states[-1:] == [b"offline"])
-        records = [json.loads(payload) for payload in listener.payloads()]
-        assert [record["line"] for record in records] == expected
-        assert records[-1]["text"] == ALARM.text
-
-
-def test_lines_come_in_order_over_a_broker_that_starts_again_and_those_too_many_are_counted(broker, closing):
-    sink, listener = closing(sink_at(broker, capacity=50)), closing(Listener(broker, client_id="listener"))
-    wait_for(sink, EventKind.CONNECTED)
-    events, said = [replace(ALARM, time=float(number)) for number in range(120)], []
-    for number, event in enumerate(events):
-        if number == 20:
-            assert sink.wait_until(0, 30.0)
-            broker.stop()
-            wait_for(sink, EventKind.DISCONNECTED)
-        said += said_by(sink, [event])
-    dropped = [line for line in said if line.kind is EventKind.DROPPED]
-    assert sum(line.count for line in dropped) == 50
-    assert [line.is_silent for line in dropped] == [False] + [True] * 49
-    broker.start()
-    wait_for(sink, EventKind.CONNECTED)
-    for sent_now in ([], [replace(ALARM, time=500.0)]):
-        assert not [line for line in said_by(sink, sent_now) if line.kind is EventKind.DROPPED]
-        assert sink.wait_until(0, 30.0)
-
-    def instants():
-        return list(dict.fromkeys(json.loads(payload)["time"] for payload in listener.payloads()))
-
-    wait_until(lambda: 500.0 in instants())
-    assert instants() == [float(number) for number in range(70)] + [500.0]
-
-
-SENDER = """
-import sys, time
-from hydrofdi.monitor.configuration import Address, MqttConfig
-from hydrofdi.monitor.mqtt import MqttSink
-MqttSink(Address.parse(sys.argv[1]), MqttConfig())
-time.sleep(60)
-"""
-
-
 @contextmanager
 def killed(command, **options):
     with subprocess.Popen(command, **options) as process:
@@ -273,26 +180,6 @@ def killed(command, **options):
             yield process
         finally:
             process.kill()
-
-
-def test_the_broker_says_when_a_monitor_is_killed(broker, closing):
-    with killed([sys.executable, "-c", SENDER, broker.address(LINES)]):
-        listener = closing(Listener(broker))
-        wait_until(lambda: listener.states == [b"online"])
-    wait_until(lambda: listener.states == [b"online", b"offline"])
-    late = closing(Listener(broker))
-    wait_until(lambda: late.states == [b"offline"])
-
-
-def test_lines_that_the_broker_refuses_are_said(tmp_path, closing):
-    rules = tmp_path / "rules"
-    rules.write_text(f"topic write {LINES}/status\ntopic read #\n")
-    rules.chmod(0o644)
-    with Broker(tmp_path, f"acl_file {rules}") as broker:
-        sink = sink_at(broker)
-        said_by(sink, [ALARM])
-        wait_for(sink, EventKind.DROPPED)
-        sink.close()
 
 
 def windows(log):
@@ -316,8 +203,10 @@ def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(
     before = source_at(guarded.address(), detector=machine.detector)
     connected(before)
     before.close()
-    run("replay", machine.stream, "--rate", "max", "--to", guarded.address(), check=0)
-    files = ["--state", "state", "--log", "log", "--events", guarded.address("press/events")]
+    with client_at(guarded, user="press") as client:
+        for chunk in hydrofdi.replay(machine.stream):
+            client.publish("press/samples", payload_of(chunk), 1).wait_for_publish(30.0)
+    files = ["--state", "state", "--log", "log"]
     command = [*COMMAND, "monitor", str(machine.detector), guarded.address(), *files]
     shown = []
     with (folder / "output").open("ab") as output:

@@ -4,23 +4,20 @@ import asyncio
 import time
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
-from itertools import chain, pairwise
 from threading import Thread
 from threading import enumerate as threads
 
 import numpy as np
 import pytest
 from asyncua import Server, ua
-from hypothesis import given
-from hypothesis import strategies as st
 
 from hydrofdi.monitor import sources
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
-from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
-from hydrofdi.monitor.sources import Inbox
+from hydrofdi.monitor.opcua import OpcUaSource
+from hydrofdi.monitor.sources import Inbox, joined
 from hydrofdi.records import Channel
 from hydrofdi.records.description import ChannelConfig
-from hydrofdi.records.streams import EventKind
+from hydrofdi.records.streams import EventKind, Joining
 from tests.monitor.brokers import free_port
 from tests.monitor.streams import Reader
 
@@ -110,7 +107,7 @@ CHANNELS = {
     X: ChannelConfig(column="ns=1;s=x", unit="mm", gain=2.0, offset=1.0, sign=-1),
 }
 NODES = {"P1": 0.0, "x": 0.0}
-FAST = OpcUaConfig(publishing_interval=0.05, wait=0.5)
+FAST = OpcUaConfig(publishing_interval=0.05)
 RATE = 100.0
 
 
@@ -131,8 +128,12 @@ def connected(source):
     return reader
 
 
-def samples(reader, count):
-    return reader.until(lambda: reader.times.size >= count)
+def whole(reader, n_value):
+    """Instants and samples of so many values, joined as a detector does."""
+    reader.until(lambda: reader.times.size >= n_value)
+    joining = Joining(RATE, (P1, X))
+    _, chunk = joining.step(joining.start(), joined(reader.chunks), is_end=True)
+    return chunk.time, chunk.channels
 
 
 CODES = ua.StatusCodes
@@ -155,13 +156,13 @@ def test_samples_are_those_of_the_server_to_the_bit_and_missing_if_their_status_
         during = server.n_subscription
         server.write("P1", pressure.tolist(), times, codes)
         server.write("x", position.tolist(), times)
-        samples(reader, 200).has(EventKind.DROPPED)
+        times_read, samples = whole(reader.has(EventKind.DROPPED), 400)
     assert not [thread for thread in threads() if thread.name == "opcua"]
     assert server.n_subscription < during
     pressure[151:153] = np.nan
-    np.testing.assert_array_equal(reader.channel(P1), pressure * 1e5)
-    np.testing.assert_array_equal(reader.channel(X), -(2.0 * position + 1.0) / 1e3)
-    np.testing.assert_allclose(reader.times - EPOCH.timestamp(), times, atol=1e-6)
+    np.testing.assert_array_equal(samples[P1], pressure * 1e5)
+    np.testing.assert_array_equal(samples[X], -(2.0 * position + 1.0) / 1e3)
+    np.testing.assert_allclose(times_read - EPOCH.timestamp(), times, atol=1e-6)
 
 
 def test_a_node_may_hold_an_array_of_consecutive_samples(server):
@@ -172,9 +173,9 @@ def test_a_node_may_hold_an_array_of_consecutive_samples(server):
             for name in ("P1s", "xs"):
                 values = [float(50 * block + place) for place in range(50)]
                 server.write(name, [values], [60.0 + 0.5 * (block + 1)])
-        samples(reader, 150)
-    np.testing.assert_array_equal(reader.channel(P1), np.arange(150) * 1e5)
-    np.testing.assert_allclose(np.diff(reader.times), 1 / RATE, atol=1e-6)
+        time, samples = whole(reader, 300)
+    np.testing.assert_array_equal(samples[P1], np.arange(150) * 1e5)
+    np.testing.assert_allclose(np.diff(time), 1 / RATE, atol=1e-6)
 
 
 def test_a_server_that_vanishes_is_found_again(server):
@@ -183,7 +184,7 @@ def test_a_server_that_vanishes_is_found_again(server):
         for count in (1, 2):
             for name in NODES:
                 server.write(name, [2.0 * count, 3.0 * count], [50 + count, 50.01 + count])
-            samples(reader, 2 * count)
+            _, samples = whole(reader, 4 * count)
             server.vanish()
             reader.has(EventKind.DISCONNECTED, times=count)
             server.appear()
@@ -191,7 +192,7 @@ def test_a_server_that_vanishes_is_found_again(server):
             time.sleep(0.2)
     assert len(reader.said(EventKind.DISCONNECTED)) == 2
     assert len(reader.said(EventKind.INSECURE)) == 1
-    assert reader.channel(P1).tolist() == [2e5, 3e5, 4e5, 6e5]
+    assert samples[P1].tolist() == [2e5, 3e5, 4e5, 6e5]
 
 
 @pytest.mark.parametrize(("config", "named"), [
@@ -203,105 +204,30 @@ def test_a_channel_that_cannot_be_read_is_refused_before_it_is_connected(config,
         OpcUaSource(Address.parse("opc.tcp://127.0.0.1"), FAST, {P1: ChannelConfig(**config)}, RATE)
 
 
-PERIOD = 0.01
-
-
-def values_of(samples, spread=0.0):
-    """Samples (n_time, n_node) as values, the stamps of each node late by its position times `spread`."""
-    return [
-        NodeValue(row * PERIOD + node * spread, node, float(value), row * PERIOD)
-        for row, sample in enumerate(samples)
-        for node, value in enumerate(sample)
-    ]
-
-
-def joined(joiner, messages):
-    parts = [joiner.add(message, now=0.0) for message in messages]
-    return np.concatenate([time for time, _ in parts]), np.concatenate([samples for _, samples in parts])
-
-
-@given(
-    n_time=st.integers(1, 40),
-    spread=st.sampled_from([0.0, 0.002, 0.0024]),
-    cuts=st.lists(st.integers(0, 120), max_size=6),
-)
-def test_the_cut_into_messages_does_not_matter(n_time, spread, cuts):
-    samples = np.arange(3.0 * n_time).reshape(n_time, 3)
-    values = values_of(samples, spread)
-    edges = [0, *sorted(min(cut, len(values)) for cut in cuts), len(values)]
-    messages = [values[a:b] for a, b in pairwise(edges)]
-    time, found = joined(Joiner(3, PERIOD, wait=1.0), messages)
-    np.testing.assert_array_equal(found, samples)
-    np.testing.assert_array_equal(time, PERIOD * np.arange(n_time))
-
-
-def test_an_instant_that_a_node_misses_is_given_with_nan_when_the_node_goes_on():
-    values = values_of(np.arange(40.0).reshape(20, 2))
-    del values[11]
-    joiner = Joiner(2, PERIOD, wait=1000.0)
-    assert joiner.add(values[:11], now=0.0)[0].size == 5
-    time, samples = joiner.add(values[11:], now=0.0)
-    np.testing.assert_array_equal(time, PERIOD * np.arange(5, 20))
-    np.testing.assert_array_equal(samples.ravel(), [10.0, np.nan, *range(12, 40)])
-
-
-def test_a_node_that_falls_silent_is_waited_for_and_does_not_stop_the_stream():
-    joiner = Joiner(2, PERIOD, wait=0.1)
-    joiner.add(values_of(np.zeros((1, 2))), now=0.0)
-    alone = [NodeValue(row * PERIOD, 0, float(row), row * PERIOD) for row in range(1, 1000)]
-    given = [joiner.add([value], now=value.arrival)[0].size for value in alone]
-    assert sum(given[:10]) == 0
-    assert 980 <= sum(given) <= 990
-
-
-def test_a_connection_begins_with_the_first_whole_instant_and_time_may_run_back():
-    joiner = Joiner(2, PERIOD, wait=0.05)
-    later = [value._replace(time=value.time + 3600.0) for value in values_of(np.ones((10, 2)))]
-    for some in (later, values_of(np.ones((10, 2)))):
-        assert joiner.add(some, now=0.0)[0].size == 10
-    values = values_of(np.arange(20.0).reshape(10, 2))
-    time, samples = joined(Joiner(2, PERIOD, wait=0.02), [values[1:2], values[2:3], values[4:]])
-    assert samples[0].tolist() == [4.0, 5.0]
-    assert time.size == 8
-
-
-def put(inbox, start, n=10, **options):
-    inbox.put(range(start, start + n), n, count=n, **options)
-
-
-def everything(inbox):
-    """Numbers of all items, and all events."""
-    numbers, events = [], []
-    while (items := inbox.take(0.0, 1000)) or inbox.events:
-        numbers += chain.from_iterable(items)
-        events += inbox.events
-        inbox.events.clear()
-    return numbers, events
-
-
-def test_a_full_inbox_drops_one_long_piece_and_says_it_once():
-    """What would fit into a gap is dropped, too."""
-    inbox, numbers, events = Inbox(100), [], []
-    for start in range(0, 1010, 10):
-        if start in (500, 600, 1000):
-            more = everything(inbox)
-            numbers, events = numbers + more[0], events + more[1]
-        put(inbox, start, n=4 if start > 300 else 10)
-        put(inbox, start + 4, n=6 if start > 300 else 0)
-    assert numbers == [*range(100), *range(500, 700)]
-    assert sum(event.count for event in events) == 1000 - len(numbers)
-    assert [event.kind for event in events if not event.is_silent] == [EventKind.DROPPED] * 2
+def test_a_connection_begins_with_the_first_instant_of_all_nodes_but_waits_for_none_that_is_silent(server):
+    with opened(server.url) as source:
+        reader = connected(source)
+        server.write("P1", [1.0, 2.0, 3.0], [70.0, 70.01, 70.02])
+        server.write("x", [2.0, 3.0], [70.012, 70.022])
+        _, samples = whole(reader, 4)
+        np.testing.assert_array_equal(samples[P1], [2e5, 3e5])
+        assert not np.isnan(samples[X]).any()
+    with opened(server.url) as source:
+        reader = connected(source)
+        server.write("P1", [1.0, 2.0, 3.0], [80.0, 81.0, 82.1])
+        _, samples = whole(reader, 3)
+        np.testing.assert_array_equal(samples[P1], [1e5, 2e5, 3e5])
 
 
 def test_few_items_wait_for_more_and_a_sender_waits_until_there_is_room_or_it_is_closed(monkeypatch):
     monkeypatch.setattr(sources, "GATHER", 60.0)
     inbox = Inbox(20)
-    sender = Thread(target=lambda: [put(inbox, start, waits=True) for start in range(0, 50, 10)])
+    sender = Thread(target=lambda: [inbox.put(number, 10) for number in range(5)])
     sender.start()
-    assert inbox.take(60.0, 1000, 20) == [range(10), range(10, 20)]
+    assert inbox.take(60.0, 1000, 20) == [0, 1]
     inbox.close()
     sender.join(60.0)
-    assert everything(inbox) == ([*range(20, 50)], [])
+    assert inbox.take(1.0, 1000) == [2, 3, 4]
     inbox.fail(RuntimeError("fault"))
     with pytest.raises(RuntimeError, match="fault"):
         inbox.take(1.0, 1)

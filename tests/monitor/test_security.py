@@ -204,8 +204,8 @@ def test_samples_come_encrypted_from_the_server_that_is_meant(server, config):
         reader = plant.connected(source)
         for name in plant.NODES:
             server.write(name, [1.0, 2.0], [0.0, 0.01])
-        plant.samples(reader, 2)
-    assert reader.channel(plant.P1).tolist() == [1e5, 2e5]
+        _, samples = plant.whole(reader, 4)
+    assert samples[plant.P1].tolist() == [1e5, 2e5]
     assert not [text for text in reader.said(EventKind.INSECURE) if "not encrypted" in text]
 
 

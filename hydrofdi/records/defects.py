@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,11 +41,8 @@ def frozen(channels: Mapping[Channel, Array], sampling_frequency: float) -> str:
     apart = max(1, int(_FROZEN_FOR * sampling_frequency / 2.0))
     if position is None or not np.any(position[apart::apart] == position[:-apart:apart]):
         return ""  # a longer run contains two neighbours of this grid
-    turns = np.flatnonzero(np.diff(position)) + 1
-    bounds = np.concatenate([[0], turns, [position.size]])
-    longest = int(np.argmax(np.diff(bounds)))
-    still = slice(bounds[longest], bounds[longest + 1])
-    time = float((still.stop - still.start) / sampling_frequency)
+    lengths, still = _repetitions(position)
+    time = float(lengths.max() / sampling_frequency)
     chambers = [channels[chamber] for chamber in _CHAMBERS if chamber in channels]
     pressures = [samples for samples in chambers if np.isfinite(samples).all()]
     if time <= _FROZEN_FOR or not pressures:
@@ -55,6 +51,14 @@ def frozen(channels: Mapping[Channel, Array], sampling_frequency: float) -> str:
     level = max(float(np.max(np.abs(samples))) for samples in pressures)
     is_moving = moves > _FROZEN_MOVE * level
     return f"{Channel.PISTON_POSITION} does not change for {time:.3g} s while the pressures do" * is_moving
+
+
+def _repetitions(samples: Array) -> tuple[NDArray[np.intp], slice]:
+    """How long each value is repeated, and the samples of the longest repetition."""
+    bounds = np.concatenate([[0], np.flatnonzero(np.diff(samples)) + 1, [samples.size]])
+    lengths = np.diff(bounds)
+    longest = int(np.argmax(lengths))
+    return lengths, slice(int(bounds[longest]), int(bounds[longest + 1]))
 
 
 _LONGER, _MOVES, _STEPS = 10.0, 0.1, 4.0
@@ -71,25 +75,16 @@ def frozen_stretch(
     Commands may rest, rails be ideal, and values at an end of the range be clipped.
     """
     samples = channels[channel]
-    turns = np.flatnonzero(np.diff(samples)) + 1
-    if channel in (Channel.INPUT_VOLTAGE, *_RAILS) or turns.size < _FEWEST_TURNS:
+    lengths, stretch = _repetitions(samples)
+    if channel in (Channel.INPUT_VOLTAGE, *_RAILS) or lengths.size <= _FEWEST_TURNS:
         return None
-    bounds = np.concatenate([[0], turns, [samples.size]])
-    lengths = np.diff(bounds)
-    longest = int(np.argmax(lengths))
-    others = np.delete(lengths, longest).max()
-    stretch = slice(int(bounds[longest]), int(bounds[longest + 1]))
-    value = samples[stretch.start]
-    if lengths[longest] <= max(_FROZEN_FOR * sampling_frequency, _LONGER * others) or value in (
-        samples.min(),
-        samples.max(),
-    ):
+    *_, others, longest = np.sort(lengths)
+    is_end = samples[stretch.start] in (samples.min(), samples.max())
+    if is_end or longest <= max(_FROZEN_FOR * sampling_frequency, _LONGER * others):
         return None
-    for other, values in channels.items():
-        if other is not channel and np.isfinite(values).all():
-            is_still = np.ptp(values) == 0.0
-            if not is_still and np.ptp(values[stretch]) > _MOVES * np.ptp(values):
-                return stretch
+    moving = (values for other, values in channels.items() if other is not channel and np.ptp(values) > 0.0)
+    if any(np.ptp(values[stretch]) > _MOVES * np.ptp(values) for values in moving):
+        return stretch
     steps = np.abs(np.diff(samples[: stretch.start + 1]))
     is_abrupt = steps.size > 2 and np.median(steps[-5:]) > _STEPS * steps[steps > 0.0].min()
     return stretch if is_abrupt else None
@@ -181,13 +176,8 @@ def _are_steady(
 
 def _spectrum(samples: Array) -> Array:
     """Amplitude spectrum of samples along their last axis, with a Hann window."""
-    amplitudes: Array = np.abs(np.fft.rfft(samples * _window(samples.shape[-1])))
+    amplitudes: Array = np.abs(np.fft.rfft(samples * np.hanning(samples.shape[-1] + 1)[:-1]))
     return amplitudes
-
-
-@lru_cache(maxsize=4)
-def _window(n_time: int) -> Array:
-    return np.hanning(n_time + 1)[:-1]
 
 
 _SPIKE = 20.0
@@ -330,13 +320,19 @@ differ by about ten if one is in bar and read as MPa."""
 
 
 def unusual_sizes(recording: Recording) -> Iterator[Issue]:
-    """Remarks on channels beyond the usual sizes, and on chamber pressures that are not alike."""
-    yield from low_pressures(recording)
+    """Remarks on channels beyond the usual sizes, on pressures of which none reaches 0.1 MPa, and on chamber
+    pressures that are not alike."""
     channels = {
         channel: samples
         for channel, samples in recording.channels.items()
         if channel not in recording.relative and np.all(np.isfinite(samples))
     }
+    loaded = [name for name in channels if name.is_pressure and name is not Channel.RETURN_PRESSURE]
+    highest = {channel: float(np.max(channels[channel])) for channel in loaded}
+    for name, value in highest.items() if max(highest.values(), default=0.0) < _LOWEST_PRESSURE else ():
+        unit = next(unit for most, unit in _LIKELY_UNITS if value < most)
+        text = f"{name}: values up to {value:.4g} Pa; is the unit {unit}? Hydraulic pressures exceed 0.1 MPa"
+        yield Issue(text, name, kind="low_pressure")
     for channel in (name for name in _USUAL if name in channels):
         low, high = (parse_quantity(bound, channel.unit) for bound in _USUAL[channel])
         largest = float(np.max(np.abs(channels[channel])))
@@ -351,26 +347,6 @@ def unusual_sizes(recording: Recording) -> Iterator[Issue]:
         shown = [recording.shown(channel, means[channel]) for channel in (larger, smaller)]
         text = f"{larger}: the mean is {shown[0]}, but {shown[1]} of {smaller}; is a unit or gain wrong?"
         yield Issue(text, larger, kind="unusual")
-
-
-def low_pressures(recording: Recording) -> Iterator[Issue]:
-    """Remarks on the chamber and supply pressures if none of them reaches 0.1 MPa."""
-    highest = {
-        channel: float(np.max(samples))
-        for channel, samples in recording.channels.items()
-        if channel.is_pressure
-        and channel is not Channel.RETURN_PRESSURE
-        and channel not in recording.relative
-        and np.all(np.isfinite(samples))
-    }
-    if not highest or max(highest.values()) >= _LOWEST_PRESSURE:
-        return
-    for channel, value in highest.items():
-        unit = next(unit for most, unit in _LIKELY_UNITS if value < most)
-        text = (
-            f"{channel}: values up to {value:.4g} Pa; is the unit {unit}? Hydraulic pressures exceed 0.1 MPa"
-        )
-        yield Issue(text, channel, kind="low_pressure")
 
 
 _RATE = 0.01

@@ -262,17 +262,6 @@ def found_period(batch: RecordBatch, row: int = 0) -> float | None:
     return round(2.0 * float(steps.mean())) / (2.0 * batch.sampling_frequency) if is_repeated else None
 
 
-def edges(samples: Array, direction: Direction) -> list[int]:
-    """First sample beyond a band around the middle of the range, after each change of side."""
-    drive = _range(samples)
-    return drive_edges(samples, drive, direction)[0].tolist() if drive[1] > drive[0] else []
-
-
-def _range(samples: Array) -> tuple[float, float]:
-    finite = samples[np.isfinite(samples)]
-    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-
-
 _MARGIN = 0.02
 """Share of the stroke at each end that does not belong to the motion."""
 _NOISE = 6.0
@@ -388,7 +377,11 @@ def _spans(recording: Recording, cycles: CyclesConfig) -> list[tuple[int, int]]:
         n_cycle = int((recording.n_time + 1e-6) / per_cycle) if per_cycle >= 2.0 else 0
         starts = [round(round(number * per_cycle, 6)) for number in range(n_cycle)]
         return [(start, start + int(per_cycle + 1e-6)) for start in starts]
-    return list(pairwise(edges(recording.channels[cycles.channel], cycles.edge)))
+    samples = recording.channels[cycles.channel]
+    if not (known := samples[np.isfinite(samples)]).size:
+        return []
+    drive = float(known.min()), float(known.max())
+    return list(pairwise(drive_edges(samples, drive, cycles.edge)[0].tolist()))
 
 
 def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue, ...]:

@@ -7,8 +7,8 @@ import math
 import os
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -35,20 +35,14 @@ from hydrofdi.records.recording import (
 from hydrofdi.records.times import instant
 from hydrofdi.settings.files import Source, read_yaml, validated
 
-MOST_SAMPLES = 2**22
+_MOST_SAMPLES = 2**22
 """Most samples, over all channels, of a batch with more than one record: 32 MiB."""
 
 
 def batched(
-    records: Iterable[Recording | RejectedRecord],
-    drive_period: float | None,
-    labels: bool,
-    most_samples: int = MOST_SAMPLES,
+    records: Iterable[Recording | RejectedRecord], drive_period: float | None, labels: bool
 ) -> Iterator[RecordBatch]:
-    """Batches of consecutive records that fit together; rejected records come with the next batch.
-
-    A batch of more than one record has at most `most_samples` over all channels.
-    """
+    """Batches of consecutive records that fit together; rejected records come with the next batch."""
     waiting: list[Recording] = []
     rejected: list[RejectedRecord] = []
     for record in records:
@@ -56,7 +50,7 @@ def batched(
             rejected.append(record if labels else replace(record, label=""))
             continue
         n_sample = (len(waiting) + 1) * record.n_time * len(record.channels)
-        if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > most_samples):
+        if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > _MOST_SAMPLES):
             yield _batch(waiting, rejected, drive_period, labels)
             waiting, rejected = [], []
         waiting.append(record)
@@ -101,8 +95,7 @@ def _batch(
 class MeasuredSource:
     """Records of measured files, read one file at a time; ids are relative to `folder`.
 
-    `remarks` are on every record; a batch of more than one record has at most `most_samples` over all
-    channels.
+    `remarks` are on every record.
     """
 
     name: str
@@ -110,13 +103,12 @@ class MeasuredSource:
     files: Sequence[Path] = ()
     folder: Path = Path()
     remarks: tuple[Issue, ...] = ()
-    most_samples: int = MOST_SAMPLES
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """All records in the natural order of their paths."""
         cycles = self.config.cycles
         period = self.config.drive_period or (None if cycles is None else cycles.period)
-        yield from batched(self._remarked(), period, labels, self.most_samples)
+        yield from batched(self._remarked(), period, labels)
 
     @property
     def data_sheet(self) -> Mapping[str, Any]:
@@ -141,31 +133,34 @@ class MeasuredSource:
     def _records(self) -> Iterator[Recording | RejectedRecord]:
         """The records of all files, or a rejection with the reason."""
         for path in self.files:
-            with np.errstate(all="ignore"):
-                records = [*self._of_file(path)]
-            yield from records
+            source = Path(os.path.relpath(path, self.folder)).as_posix()
+            yield from self._of_table(source, open_table(path, str(path), self.config.format))
 
-    def _of_file(self, path: Path) -> Iterator[Recording | RejectedRecord]:
-        source, config = Path(os.path.relpath(path, self.folder)).as_posix(), self.config
-        names = description.names_of_path(source, self._pattern)
+    @np.errstate(all="ignore")
+    def _of_table(
+        self, source: str, opened: AbstractContextManager[FileColumns]
+    ) -> list[Recording | RejectedRecord]:
+        config = self.config
+        names = description.names_of_path(source, description.path_pattern(config.path))
         try:
             if names is None:
                 raise RejectionError("path", f"the path does not match {config.path!r}")
-            with open_table(path, str(path), config.format) as table:
+            with opened as table:
                 recording = recording_of(table, config)
             if config.date:
                 recording = replace(recording, date=_date(description.filled(config.date, names)))
             recording = trimmed(recording, config.trim)
             cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
         except RejectionError as rejection:
-            yield RejectedRecord(source, source, "", rejection.remark)
-            return
+            return [RejectedRecord(source, source, "", rejection.remark)]
+        records = list[Recording | RejectedRecord]()
         for number, cycle in enumerate(cycles, 1):
             record_id = source if config.cycles is None else f"{source}#{number}"
             if isinstance(cycle, RejectionError):
-                yield RejectedRecord(record_id, source, "", cycle.remark)
+                records.append(RejectedRecord(record_id, source, "", cycle.remark))
             else:
-                yield self._formed(replace(cycle, record_id=record_id, source=source), names)
+                records.append(self._formed(replace(cycle, record_id=record_id, source=source), names))
+        return records
 
     def _formed(self, cycle: Recording, names: Mapping[str, str]) -> Recording | RejectedRecord:
         """The requested part of a cycle, with its group, label and findings."""
@@ -176,23 +171,16 @@ class MeasuredSource:
         try:
             record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
             remarks = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
-            own = config.actuator.ranges.items()
-            ranges = {name: limits for name, limits in own if name not in record.relative} | self._ranges
+            own = ((name, column.plausible_range(name.unit)) for name, column in config.channels.items())
+            sheet = config.actuator.ranges.items()
+            ranges = {name: limits for name, limits in sheet if name not in record.relative}
+            ranges |= {name: limits for name, limits in own if limits is not None}
             record = record.remarked((*remarks, *defects(record, config.limits, ranges)))
             if config.normalize != "none":
                 record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
         except RejectionError as rejection:
             return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
         return replace(record, group=group, label=label)
-
-    @cached_property
-    def _pattern(self) -> re.Pattern[str]:
-        return description.path_pattern(self.config.path)
-
-    @cached_property
-    def _ranges(self) -> dict[Channel, tuple[float, float]]:
-        pairs = ((name, column.plausible_range(name.unit)) for name, column in self.config.channels.items())
-        return {channel: limits for channel, limits in pairs if limits is not None}
 
 
 def _date(text: str) -> float:
@@ -203,7 +191,7 @@ def _date(text: str) -> float:
         raise RejectionError("date", str(error)) from None
 
 
-def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> MeasuredSource:
+def measured_source(path: Path | str) -> MeasuredSource:
     """The records of the files that a YAML file describes; its patterns are relative to its folder."""
     file = Path(path)
     source = read_yaml(file, "a description of measured files")
@@ -219,7 +207,7 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
         config, unused = completed(config, files)
         if config.channels:
             _require_consistent(config, source)
-    return MeasuredSource(str(path), config, files, file.parent, unused, most_samples)
+    return MeasuredSource(str(path), config, files, file.parent, unused)
 
 
 def _files(config: description.MeasuredConfig, source: Source, folder: Path) -> set[Path]:
@@ -244,8 +232,8 @@ class MemoryTable(FileColumns):
     """Columns of one or more records in memory, each of shape (n_time,) or (n_record, n_time).
 
     A unit is empty if it is not stated, and None if there is no place to state it. `time` is the position of
-    the column of time; dates count from the first of them: position → that date since 1970 [s]. Names, groups
-    and labels of the records are empty if there are none.
+    the column of time; dates count from the first of them: position → that date since 1970 [s]. The record
+    `at` is read. Names, groups and labels of the records are empty if there are none.
     """
 
     place: str
@@ -254,6 +242,7 @@ class MemoryTable(FileColumns):
     columns: Sequence[Array]
     dates: Mapping[int, float] = field(default_factory=dict)
     time: int | None = None
+    at: int = 0
     record_ids: Sequence[str] = ()
     groups: Sequence[str] = ()
     labels: Sequence[str] = ()
@@ -267,27 +256,13 @@ class MemoryTable(FileColumns):
         return position in self.dates
 
     def numbers(self, position: int) -> Array:
-        """Values of a column, shape (n_time,)."""
-        return self.columns[position]
+        """Values of a column of the record `at`, shape (n_time,)."""
+        column = self.columns[position]
+        return column if column.ndim == 1 else column[self.at]
 
     def instants(self, position: int) -> tuple[Array, float]:
         """Values of a time column, and the first date."""
-        return self.columns[position], self.dates.get(position, math.nan)
-
-    def part(self, positions: Sequence[int], time: int | None) -> MemoryTable:
-        """Some of the columns, of which one may be the time."""
-        return replace(
-            self,
-            titles=[self.titles[n] for n in positions],
-            units=[self.units[n] for n in positions],
-            columns=[self.columns[n] for n in positions],
-            dates={index: self.dates[n] for index, n in enumerate(positions) if n in self.dates},
-            time=None if time is None else positions.index(time),
-        )
-
-    def row(self, row: int) -> MemoryTable:
-        """One of the records."""
-        return replace(self, columns=[column if column.ndim == 1 else column[row] for column in self.columns])
+        return self.numbers(position), self.dates.get(position, math.nan)
 
 
 @dataclass(frozen=True)
@@ -305,17 +280,8 @@ class HeldSource(MeasuredSource):
         table = self.table
         named = zip(table.record_ids, table.groups, table.labels, strict=True)
         for row, (record_id, group, label) in enumerate(named):
-            with np.errstate(all="ignore"):
-                record = self._of_row(row, record_id)
-            yield replace(record, group=group, label=label)
-
-    def _of_row(self, row: int, record_id: str) -> Recording | RejectedRecord:
-        place = self.table.place
-        try:
-            record = recording_of(self.table.row(row), self.config)
-        except RejectionError as rejection:
-            return RejectedRecord(record_id, place, "", rejection.remark)
-        return self._formed(replace(record, record_id=record_id, source=place), {})
+            (record,) = self._of_table(table.place, nullcontext(replace(table, at=row)))
+            yield replace(record, record_id=record_id, group=group, label=label)
 
 
 def held_source(table: MemoryTable, described: Mapping[str, Any]) -> HeldSource:

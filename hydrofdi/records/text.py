@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import gzip
 import math
 import re
@@ -10,8 +9,7 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
-from io import IncrementalNewlineDecoder
+from io import TextIOWrapper
 from itertools import chain, dropwhile, islice
 from pathlib import Path
 
@@ -39,32 +37,28 @@ _SOME = 1000
 
 def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
     """Lines of a file, block by block; the last line is empty if the one before has a line end."""
-    is_packed = path.suffix.lower() == ".gz"
+    is_packed, rest, text = path.suffix.lower() == ".gz", "", "\n"
     is_utf_8 = encoding.lower() in ("utf-8", "utf8")
-    decoder = IncrementalNewlineDecoder(
-        codecs.getincrementaldecoder("utf-8-sig" if is_utf_8 else encoding)(), translate=True
-    )
-    rest, n_byte = "", 0
     reader = gzip.open if is_packed else open
     with damage_named("gzip" if is_packed else "a file"), reader(path, "rb") as file:
-        for data in chain(iter(partial(file.read, _BLOCK), b""), [b""]):
-            n_byte += len(data)
-            if not n_byte:
-                raise RejectionError("empty", "is empty")
-            if n_byte > MOST_BYTES:
-                raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
-            if is_utf_8 and n_byte == len(data):
-                require_text(place, data)
+        if not (head := file.peek(8)):
+            raise RejectionError("empty", "is empty")
+        if is_utf_8:
+            require_text(place, head)
+        reading = TextIOWrapper(file, "utf-8-sig" if is_utf_8 else encoding)
+        while text:
             try:
-                text = decoder.decode(data, final=not data)
+                text = reading.read(_BLOCK)
             except UnicodeError:
                 raise wrong_encoding(place, encoding) from None
+            if file.tell() > MOST_BYTES:
+                raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
             if "\0" in text:
                 raise DataError(f"{place}: is not text in {encoding}; is it a binary file, or in utf-16?")
             *lines, rest = (rest + text).split("\n")
             if len(rest) > _LONGEST_LINE:
                 raise DataError(f"{place}: has a line of more than {_LONGEST_LINE:,} characters")
-            yield lines if data else [*lines, rest]
+            yield lines if text else [*lines, rest]
 
 
 class TextTable(FileColumns):
@@ -113,7 +107,9 @@ class TextTable(FileColumns):
 
     def clocks(self, time: int | None = None) -> Mapping[int, int]:
         """Columns to the right of one of several columns of time with one name belong to it."""
-        named = titles_of_time(self)
+        titles = self.titles
+        same = [n for n, title in enumerate(titles) if time is not None and title == titles[time]]
+        named = titles_of_time(self) if time is None else same
         if len(named) < 2 or len({self.titles[n] for n in named}) > 1:
             return {}
         steps = {n: self._first_step(n) for n in named}
@@ -174,11 +170,7 @@ class TextTable(FileColumns):
     @property
     def has_numbers(self) -> bool:
         """Whether the last rows that were looked at have a number or a date."""
-        cells = [cell for row in self.example[-2:] for cell in row if cell.strip()]
-        return any(
-            self._rows.is_number(cell) or is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
-            for cell in cells
-        )
+        return any(self._is_value(cell) for row in self.example[-2:] for cell in row if cell.strip())
 
     def unit(self, position: int) -> str:
         """Unit in the row of units, or in the header."""

@@ -6,10 +6,11 @@ import math
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime, tzinfo
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from zoneinfo import ZoneInfo, available_timezones
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import Array, columns
@@ -106,6 +107,26 @@ def since_first(first: Instant | None, times: Array) -> tuple[Array, float]:
     if first is not None and first.nanoseconds < _DAY * _BILLION:
         return times + _DAY * np.cumsum(np.diff(times, prepend=times[:1]) < -_DAY / 2.0), math.nan
     return times, math.nan if first is None else first.nanoseconds / _BILLION
+
+
+def are_times(values: NDArray[Any]) -> bool:
+    """Whether an array contains dates, texts of dates, or durations."""
+    is_text = values.dtype.kind in "OU" and values.size
+    return values.dtype.kind in "mM" or bool(is_text and is_dated(str(values.flat[0])))
+
+
+def instants_of(values: NDArray[Any]) -> tuple[Array, float]:
+    """Durations [s], or the time since the first of dates [s], and this one since 1970 [s], else NaN."""
+    second = np.timedelta64(1, "s")
+    if values.dtype.kind == "m":
+        return values / second, math.nan
+    if values.dtype.kind != "M":
+        dates = [instant(str(value)) for value in values.tolist()]
+        return since_first(dates[0], seconds_since(dates[0], dates))
+    known = values[~np.isnat(values)]
+    if not known.size:
+        return np.full(values.shape, np.nan), math.nan
+    return (values - known[0]) / second, float((known[0] - np.datetime64(0, "s")) / second)
 
 
 _SECOND = parse_unit("s")
@@ -273,19 +294,13 @@ def sampling_of_times(
 
 def _remedy(steps: Array, rounded: tuple[float, float] | None) -> str:
     """What to do about instants that do not increase."""
-    typical, n_back = float(np.median(steps)), int(np.count_nonzero(steps < 0.0))
+    typical = float(np.median(steps))
     if rounded:
         return f"stamps are rounded to {rounded[1]:.2g} s: state 'sampling_frequency: {rounded[0]:g} Hz'"
-    if n_back > steps.size / 2:
-        return "sort the rows by time"
-    if not n_back:
-        return (
-            "stamps are coarser than the samples, or rows repeat: state 'sampling_frequency', or remove rows"
-        )
     if typical > 0.0 and np.all(np.abs(steps[steps > 0.0] / typical - 1.0) < _JOINED):
         rate = float(f"{1.0 / typical:.4g}")
         return f"if a counter or a clock began anew there, state 'sampling_frequency: {rate:g} Hz'"
-    return "sort the rows by time, or state 'sampling_frequency' if a clock was set back"
+    return "sort the rows by time, or state 'sampling_frequency' if stamps are coarse or a clock was set back"
 
 
 def _rounded(times: Array) -> tuple[float, float] | None:

@@ -30,11 +30,6 @@ def must_change(channel: Channel) -> bool:
     return (channel.is_pressure and channel not in _RAILS) or channel is Channel.PISTON_VELOCITY
 
 
-def is_ideal_rail(channel: Channel, value: float) -> bool:
-    """Whether a supply or return pressure may be constant at this value; supply at zero is a dead sensor."""
-    return channel in _RAILS and (value > 0.0 or channel is Channel.RETURN_PRESSURE)
-
-
 def frozen(channels: Mapping[Channel, Array], sampling_frequency: float) -> str:
     """That the position repeats a value for long; empty if it does not, or pressures rest."""
     position = channels.get(Channel.PISTON_POSITION)
@@ -231,8 +226,9 @@ def _of_channel(
         text = f"{channel} is updated at {rate:.3g} Hz, not {frequency:g} Hz: nothing above {rate / 2:.3g} Hz"
         yield Issue(text, channel, kind="held")
     if np.ptp(samples) == 0.0:
-        if not is_ideal_rail(channel, float(samples[0])):
-            is_unusable = must_change(channel) or channel is Channel.SUPPLY_PRESSURE
+        is_dead = channel is Channel.SUPPLY_PRESSURE and samples[0] <= 0.0
+        if is_dead or channel not in _RAILS:
+            is_unusable = is_dead or must_change(channel)
             yield Issue(f"{channel} never changes", channel, kind="stuck", is_unusable=is_unusable)
         return
     if channel is not Channel.INPUT_VOLTAGE:

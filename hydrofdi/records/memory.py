@@ -141,10 +141,9 @@ def _samples(values: Any) -> NDArray[Any]:
     if not any(isinstance(each, np.ma.MaskedArray) for each in parts):
         return np.asarray(values)
     masked = np.ma.asarray(values)
-    array, is_missing = np.array(masked.data), np.ma.getmaskarray(masked)
-    array = array.astype(np.float64) if array.dtype.kind in "iu" else array
-    if array.dtype.kind in "fmM":
-        array[is_missing] = np.array("NaT", array.dtype) if array.dtype.kind in "mM" else np.nan
+    masked = masked.astype(np.float64) if masked.dtype.kind in "iu" else masked
+    missing: Any = np.array("NaT", masked.dtype) if masked.dtype.kind in "mM" else np.nan
+    array: NDArray[Any] = np.ma.filled(masked, missing) if masked.dtype.kind in "fmM" else masked.data
     return array
 
 

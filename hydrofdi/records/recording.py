@@ -397,8 +397,8 @@ _HOLD = 5
 """The last fifth is the hold."""
 
 
-def reference_pressure(recording: Recording, kind: str) -> float:
-    """The pressure by which the others are divided, in the unit of its channel."""
+def normalized(record: Recording, recording: Recording, kind: str) -> Recording:
+    """A part of a recording with divided pressures, which are then relative."""
     units = {recording.unit(channel) for channel in recording.channels if channel.is_pressure}
     if len(units) > 1:
         raise DataError(
@@ -415,21 +415,12 @@ def reference_pressure(recording: Recording, kind: str) -> float:
         raise RejectionError(
             "no_reference", f"the {kind} pressure is {pressure:g}; pressures cannot be divided by it"
         )
-    return pressure
-
-
-def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
-    """A recording with divided pressures, which are then relative."""
-    pressures = frozenset(channel for channel in recording.channels if channel.is_pressure)
-    shown = recording.shown(Channel.CHAMBER_1_PRESSURE, pressure)
-    text = f"pressures are divided by the {kind} pressure, {shown}"
+    divided = {name: samples / pressure for name, samples in record.channels.items() if name.is_pressure}
+    shown = record.shown(Channel.CHAMBER_1_PRESSURE, pressure)
+    remark = Issue(f"pressures are divided by the {kind} pressure, {shown}", kind="normalized")
     return replace(
-        recording,
-        channels={
-            channel: samples / pressure if channel in pressures else samples
-            for channel, samples in recording.channels.items()
-        },
-        relative=recording.relative | pressures,
-        normalized=pressures,
-        remarks=(*recording.remarks, Issue(text, kind="normalized")),
+        record.remarked([remark]),
+        channels=record.channels | divided,
+        relative=record.relative | divided.keys(),
+        normalized=frozenset(divided),
     )

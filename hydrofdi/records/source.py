@@ -27,7 +27,6 @@ from hydrofdi.records.recording import (
     find_stroke,
     normalized,
     recording_of,
-    reference_pressure,
     segment_of,
     short_stroke,
     trimmed,
@@ -177,7 +176,7 @@ class MeasuredSource:
             ranges |= {name: limits for name, limits in own if limits is not None}
             record = record.remarked((*remarks, *defects(record, config.limits, ranges)))
             if config.normalize != "none":
-                record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
+                record = normalized(record, cycle, config.normalize)
         except RejectionError as rejection:
             return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
         return replace(record, group=group, label=label)

@@ -14,7 +14,6 @@ from itertools import chain, dropwhile, islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
 from hydrofdi.records import Array
@@ -309,61 +308,45 @@ class LongTable(FileColumns):
     """
 
     def __init__(self, text: TextTable, form: LongConfig) -> None:
-        self.place, self._text = text.place, text
-        self._name, self._value = text.find(form.name), text.find(form.value)
-        names = np.array(text.texts(self._name))
-        distinct, counts = np.unique(names, return_counts=True)
-        ordered = [str(name) for name in distinct[np.argsort(-counts, kind="stable")]]
-        self._read: dict[int, Array] = {}
-        self._times: dict[int, tuple[Array, float]] = {}
-        self._rows = [np.flatnonzero(names == name) for name in ordered]
-        self._beside = [n for n in range(len(text.titles)) if n not in (self._name, self._value)]
-        titles = text.titles
-        if _WINCC[0] in titles:
-            titles = [_WINCC[2] if title == _WINCC[1] else title for title in titles]
-        beside = [titles[n] for n in self._beside]
-        later = [f"{title} of {name}" for name in ordered[1:] for title in beside]
-        self.titles = [*map(last_part, ordered), *beside, *later]
-        self._n_name = len(ordered)
-        self.remarks = text.remarks
+        self.place, self._text, self._read = text.place, text, dict[int, tuple[Array, float]]()
+        name, value = text.find(form.name), text.find(form.value)
+        names = np.array(text.texts(name))
+        counts = Counter(names.tolist())
+        ordered = sorted(counts, key=lambda each: (-counts[each], each))
+        rows = [np.flatnonzero(names == each) for each in ordered]
+        beside = [n for n in range(len(text.titles)) if n not in (name, value)]
+        self._n_name, self._n_beside, self._n_row = len(ordered), len(beside), names.size
+        self._places = [(value, own) for own in rows] + [(column, own) for own in rows for column in beside]
+        is_wincc = _WINCC[0] in text.titles
+        titles = [_WINCC[2] if is_wincc and text.titles[n] == _WINCC[1] else text.titles[n] for n in beside]
+        later = [f"{title} of {each}" for each in ordered[1:] for title in titles]
+        self.titles = [*map(last_part, ordered), *titles, *later]
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
-        return position >= self._n_name and self._text.is_dated(self._origin(position)[0])
+        return position >= self._n_name and self._text.is_dated(self._places[position][0])
 
     def clocks(self, time: int | None = None) -> dict[int, int]:
         """Position of each name → its column like the column `time` of the most frequent name."""
-        if time is None:
-            return {}
-        offset = time - self._n_name
-        return {n: self._n_name + n * len(self._beside) + offset for n in range(self._n_name)}
+        return {} if time is None else {n: time + n * self._n_beside for n in range(self._n_name)}
 
     def numbers(self, position: int) -> Array:
         """Values of a name, or of a column beside it."""
-        origin, rows = self._origin(position)
-        if origin not in self._read:
-            self._read[origin] = self._text.numbers(origin)
-        if self._read[origin].size != sum(map(len, self._rows)):
-            raise DataError(f"{self.place}: rows are cut off")
-        return self._read[origin][rows]
+        return self.instants(position)[0]
 
     def instants(self, position: int) -> tuple[Array, float]:
-        """Instants of a name, and the first date of the file."""
-        origin, rows = self._origin(position)
-        if origin not in self._times:
-            self._times[origin] = self._text.instants(origin)
-        times, since = self._times[origin]
-        return times[rows], since
+        """The same, and the first date of the file."""
+        column, rows = self._places[position]
+        if column not in self._read:
+            self._read[column] = self._text.instants(column)
+        values, since = self._read[column]
+        if values.size != self._n_row:
+            raise DataError(f"{self.place}: rows are cut off")
+        return values[rows], since
 
     def date_by(self, position: int, form: str, date: int | None) -> None:
         """Read dates in a stated format."""
-        self._text.date_by(self._origin(position)[0], form, None if date is None else self._origin(date)[0])
-
-    def _origin(self, position: int) -> tuple[int, NDArray[np.intp]]:
-        if position < self._n_name:
-            return self._value, self._rows[position]
-        number, column = divmod(position - self._n_name, len(self._beside))
-        return self._beside[column], self._rows[number]
+        self._text.date_by(self._places[position][0], form, None if date is None else self._places[date][0])
 
 
 def last_part(name: str) -> str:

@@ -140,7 +140,7 @@ def _samples(values: Any) -> NDArray[Any]:
     parts = values if isinstance(values, list | tuple) else [values]
     if not any(isinstance(each, np.ma.MaskedArray) for each in parts):
         return np.asarray(values)
-    masked = np.ma.asarray(values)
+    masked: Any = np.ma.asarray(values)
     masked = masked.astype(np.float64) if masked.dtype.kind in "iu" else masked
     missing: Any = np.array("NaT", masked.dtype) if masked.dtype.kind in "mM" else np.nan
     array: NDArray[Any] = np.ma.filled(masked, missing) if masked.dtype.kind in "fmM" else masked.data

@@ -188,10 +188,10 @@ class Proposal:
                 return
             frequency, remarks = sampling_of_times(times, MeasuredConfig(files=("…",)), table)
             if any(issue.is_unusable for issue in remarks):
-                numbers = {n: own for n in channels if (own := _numbers(table, n)) is not None}
-                rates = [(n, update_rate(samples, times)) for n, samples in numbers.items()]
                 slow = [
-                    f"{shortened(self.names[n])} is updated at {rate:.3g} Hz" for n, rate in rates if rate
+                    f"{shortened(self.names[n])} is updated at {held:.3g} Hz"
+                    for n in channels
+                    if (own := _numbers(table, n)) is not None and (held := update_rate(own, times))
                 ]
                 steps = np.diff(times)
                 is_long = bool(steps.max() > _BRIDGED * np.median(steps))

@@ -297,10 +297,12 @@ def _remedy(steps: Array, rounded: tuple[float, float] | None) -> str:
     typical = float(np.median(steps))
     if rounded:
         return f"stamps are rounded to {rounded[1]:.2g} s: state 'sampling_frequency: {rounded[0]:g} Hz'"
+    if not np.any(steps < 0.0):
+        return "stamps are coarser than the samples, or repeat: state 'sampling_frequency', or remove rows"
     if typical > 0.0 and np.all(np.abs(steps[steps > 0.0] / typical - 1.0) < _JOINED):
         rate = float(f"{1.0 / typical:.4g}")
         return f"if a counter or a clock began anew there, state 'sampling_frequency: {rate:g} Hz'"
-    return "sort the rows by time, or state 'sampling_frequency' if stamps are coarse or a clock was set back"
+    return "sort the rows by time, or state 'sampling_frequency' if a clock was set back"
 
 
 def _rounded(times: Array) -> tuple[float, float] | None:

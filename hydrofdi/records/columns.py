@@ -50,6 +50,20 @@ class Titled:
     def __init__(self, place: str, titles: Sequence[str], dated: Collection[int] = ()) -> None:
         self.place, self.titles, self.dated = place, titles, dated
 
+    def find(self, column: str) -> int:
+        """Position of a column by its title, its name without the unit, or its number."""
+        titles, place = self.titles, self.place
+        for known in (titles, [split_title(title)[0] for title in titles]):
+            positions = [position for position, title in enumerate(known) if title == column]
+            if len(positions) > 1:
+                numbers = " and ".join(str(position + 1) for position in positions)
+                raise DataError(f"{place}: column {column!r} occurs as {numbers}; give its number")
+            if positions:
+                return positions[0]
+        if column.isdecimal() and 1 <= int(column) <= len(titles):
+            return int(column) - 1
+        raise DataError(f"{place}: has no column {column!r}; it has {shown_titles(titles) or 'none'}")
+
     def unit(self, position: int) -> str:
         """Unit that the source states for a column; empty if it states none."""
         return split_title(self.titles[position])[1]
@@ -77,10 +91,6 @@ class FileColumns(Titled, ABC):
     def row_place(self, row: int) -> str:
         """A row, numbered from 0, for messages."""
         return f"sample {row + 1}"
-
-    def find(self, column: str) -> int:
-        """Position of a column; `DataError` unless there is exactly one."""
-        return find_column(self.titles, column, self.place)
 
     def date_by(self, position: int, form: str, date: int | None) -> None:
         """Read dates of a column in a stated format, after those of the column `date`."""
@@ -156,7 +166,7 @@ def columns_of(
     """
     titles, place = table.titles, table.place
     if configured:
-        indices = {channel: find_column(titles, own.column, place) for channel, own in configured.items()}
+        indices = {channel: table.find(own.column) for channel, own in configured.items()}
     else:
         indices = channels_named(table)
         configured = {channel: ChannelConfig(column=titles[n]) for channel, n in indices.items()}
@@ -210,21 +220,6 @@ def channel_called(name: str) -> Channel:
         known = [*(each.symbol for each in Channel), *(each.value for each in Channel)]
         raise ConfigError(f"unknown channel {name!r}{nearest(name, known) or listed(known[: len(Channel)])}")
     return channel
-
-
-def find_column(titles: Sequence[str], column: str, place: str) -> int:
-    """Position of a column by its title, its name without the unit, or its number."""
-    names = [split_title(title)[0] for title in titles]
-    for known in (titles, names):
-        positions = [position for position, title in enumerate(known) if title == column]
-        if len(positions) > 1:
-            numbers = " and ".join(str(position + 1) for position in positions)
-            raise DataError(f"{place}: column {column!r} occurs as {numbers}; give its number")
-        if positions:
-            return positions[0]
-    if column.isdecimal() and 1 <= int(column) <= len(titles):
-        return int(column) - 1
-    raise DataError(f"{place}: has no column {column!r}; it has {shown_titles(titles) or 'none'}")
 
 
 def column_name(titles: Sequence[str], position: int) -> str:

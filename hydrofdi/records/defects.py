@@ -97,24 +97,19 @@ def update_rate(samples: Array, times: Array) -> float | None:
     turns = np.flatnonzero(changes)
     if turns.size < _FEWEST_TURNS:
         return None
-    if np.median(np.diff(turns)) >= 2.0:
-        low, middle = np.quantile(changes[turns], [0.1, 0.5])
-        return _rate_of(turns, times) if middle > _VARIED * low else None
-    steps = np.diff(times)
-    bends = np.abs(np.diff(np.diff(samples) / steps))
-    rounding = _ROUNDING * float(np.max(np.abs(samples)) / steps.min())
-    bent = np.flatnonzero(bends > max(0.02 * np.quantile(bends, 0.98), rounding))
-    turns = bent[np.diff(bent, prepend=-2) > 1]  # a knot between two samples bends the line at both
-    if turns.size < max(_FEWEST_TURNS, 0.45 * bent.size) or np.quantile(np.diff(turns), 0.1) < 2.0:
+    if np.median(np.diff(turns)) < 2.0:
+        steps = np.diff(times)
+        changes = np.abs(np.diff(np.diff(samples) / steps))
+        rounding = _ROUNDING * float(np.max(np.abs(samples)) / steps.min())
+        bent = np.flatnonzero(changes > max(0.02 * np.quantile(changes, 0.98), rounding))
+        turns = bent[np.diff(bent, prepend=-2) > 1]  # a knot between two samples bends the line at both
+        if turns.size < max(_FEWEST_TURNS, 0.45 * bent.size) or np.quantile(np.diff(turns), 0.1) < 2.0:
+            return None
+    low, middle = np.quantile(changes[turns], [0.1, 0.5])
+    if not middle > _VARIED * low:
         return None
-    low, middle = np.quantile(bends[turns], [0.1, 0.5])
-    return _rate_of(turns, times) if middle > _VARIED * low else None
-
-
-def _rate_of(turns: NDArray[np.intp], times: Array) -> float:
-    """Rate of changes [Hz], without the longest stretches between them, in which a channel rests."""
-    steps = np.diff(times[turns])
-    return float(1.0 / np.mean(steps[steps <= 1.6 * np.median(steps)]))
+    between = np.diff(times[turns])  # the longest are left out, as a channel rests in them
+    return float(1.0 / np.mean(between[between <= 1.6 * np.median(between)]))
 
 
 _LOWEST = 20.0

@@ -19,7 +19,6 @@ from hydrofdi.records.times import (
     FIRST_DATE,
     LAST_DATE,
     contradicting_times,
-    counts_samples,
     require_seconds,
     sampling_of_times,
     time_column,
@@ -158,13 +157,7 @@ def samples_of(table: FileColumns, config: MeasuredConfig) -> Samples:
     if time is not None:
         times, since = table.instants(time.position)
         if not table.is_dated(time.position):
-            has_unit = time.config.unit or table.unit(time.position)
-            if not has_unit and counts_samples(times):
-                raise DataError(
-                    f"{table.place}: column {time.title!r} (time): counts the samples and is not a time; give"
-                    " the sampling frequency instead, such as 'sampling_frequency: 1 kHz'"
-                )
-            if not has_unit:
+            if not (time.config.unit or table.unit(time.position)):
                 require_seconds(times, f"{table.place}: column {time.title[:60]!r}")
             times = time.in_si(times)
     channels = {key: each.in_si(table.numbers(each.position)) for key, each in columns.items()}

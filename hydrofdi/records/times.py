@@ -129,6 +129,10 @@ def instants_of(values: NDArray[Any]) -> tuple[Array, float]:
     return (values - known[0]) / second, float((known[0] - np.datetime64(0, "s")) / second)
 
 
+_COUNTER = (
+    "counts the samples and is not a time; give the sampling frequency instead, such as"
+    " 'sampling_frequency: 1 kHz'"
+)
 _SECOND = parse_unit("s")
 _TIMES = ("time", "t", "timestamps")
 """Names of time columns, the preferred one first."""
@@ -142,7 +146,7 @@ def time_column(table: columns.Titled, configured: TimeConfig | None) -> columns
     Dates need no unit, and ``time`` is in seconds if none is stated.
     """
     if configured is not None:
-        positions = [columns.find_column(table.titles, configured.column, table.place)]
+        positions = [table.find(configured.column)]
     elif clocks := table.clocks():
         positions = [next(iter(clocks.values()))]
     elif len(positions := named_time(table)) > 1:
@@ -158,8 +162,7 @@ def time_column(table: columns.Titled, configured: TimeConfig | None) -> columns
         return columns.ReadColumn(position, title, config, "", None)
     column = columns.column_at(table, position, config, "s", header)
     if is_counts(column.unit):
-        message = "counts the samples and is not a time; give the sampling frequency instead"
-        raise DataError(f"{table.place}: column {title[:60]!r}: {message}")
+        raise DataError(f"{table.place}: column {title[:60]!r}: {_COUNTER}")
     return column
 
 
@@ -223,7 +226,9 @@ def likely_unit(values: Array) -> str:
 
 
 def require_seconds(values: Array, where: str) -> None:
-    """Refuse a time without a unit that is no time in seconds."""
+    """Refuse a time without a unit that counts samples, or is no time in seconds."""
+    if counts_samples(values):
+        raise DataError(f"{where}: {_COUNTER}")
     if (unit := likely_unit(values)) != "s":
         rate = 1.0 / float(np.median(np.diff(values)))
         hint = f"is it in {unit} ({rate / float(parse_unit(unit).factor):.4g} Hz)? " if unit else ""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydrofdi.errors import Issue
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.description import RemarkLimits
-from hydrofdi.records.recording import Recording
+from hydrofdi.records.recording import Record
 from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.messages import counted
@@ -179,21 +179,27 @@ Ranges = Mapping[Channel, tuple[float, float]]
 """Lowest and highest plausible value, in the unit of the channel."""
 
 
-def defects(recording: Recording, limits: RemarkLimits, ranges: Ranges) -> Iterator[Issue]:
+def defects(recording: Record, limits: RemarkLimits, ranges: Ranges) -> Iterator[Issue]:
     """Remarks on a record and on each of its channels, and on values outside of `ranges`."""
     if limits.samples is not None and recording.n_time != limits.samples:
         text = f"has {counted(recording.n_time, 'sample')} instead of {limits.samples}"
         yield Issue(text, kind="wrong_length")
-    yield from unusual_sizes(recording)
-    for channel, samples in recording.channels.items():
-        yield from _of_channel(recording, channel, samples, limits, ranges)
+    channels = {channel: samples for channel, (samples,) in recording.channels.items()}
+    yield from _unusual_sizes(recording, channels)
+    for channel in channels:
+        yield from _of_channel(recording, channel, channels, limits, ranges)
 
 
 def _of_channel(
-    recording: Recording, channel: Channel, samples: Array, limits: RemarkLimits, ranges: Ranges
+    recording: Record,
+    channel: Channel,
+    channels: Mapping[Channel, Array],
+    limits: RemarkLimits,
+    ranges: Ranges,
 ) -> Iterator[Issue]:
+    samples = channels[channel]
     missing = np.flatnonzero(~np.isfinite(samples))
-    if missing.size and any(remark.kind == "gap" for remark in recording.remarks):
+    if missing.size and any(remark.kind == "gap" for remark in recording.remarks[0]):
         return  # said of the record
     if missing.size:
         first, last = recording.start_time + missing[[0, -1]] / recording.sampling_frequency
@@ -209,10 +215,10 @@ def _of_channel(
     if channel is Channel.OIL_TEMPERATURE:
         return
     frequency = recording.sampling_frequency
-    if channel is Channel.PISTON_POSITION and (text := frozen(recording.channels, frequency)):
+    if channel is Channel.PISTON_POSITION and (text := frozen(channels, frequency)):
         yield Issue(text, channel, kind="stuck", is_unusable=True)
         return
-    if (stretch := frozen_stretch(channel, recording.channels, frequency)) is not None:
+    if (stretch := frozen_stretch(channel, channels, frequency)) is not None:
         begin, end = (recording.start_time + index / frequency for index in (stretch.start, stretch.stop))
         text = f"{channel} does not change from {begin:.6g} to {end:.6g} s, but does otherwise"
         yield Issue(text, channel, kind="stuck", is_unusable=True)
@@ -234,7 +240,7 @@ def _of_channel(
 
 
 def _out_of_range(
-    recording: Recording, channel: Channel, samples: Array, limits: tuple[float, float]
+    recording: Record, channel: Channel, samples: Array, limits: tuple[float, float]
 ) -> Iterator[Issue]:
     rounding = 1e-9 * (limits[1] - limits[0])
     outside = float(np.mean((samples < limits[0] - rounding) | (samples > limits[1] + rounding)))
@@ -244,7 +250,7 @@ def _out_of_range(
         yield Issue(text, channel, kind="out_of_range")
 
 
-def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[Issue]:
+def _spikes(recording: Record, channel: Channel, samples: Array) -> Iterator[Issue]:
     low, middle, high = np.quantile(samples, [0.01, 0.5, 0.99])
     away = np.abs(samples - middle)
     n_far = int(np.count_nonzero(away > ABOVE * _SPIKE * (high - low)))
@@ -255,7 +261,7 @@ def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[
         yield Issue(text, channel, kind="spike")
 
 
-def _clipped(recording: Recording, channel: Channel, samples: Array, limit: float) -> Iterator[Issue]:
+def _clipped(recording: Record, channel: Channel, samples: Array, limit: float) -> Iterator[Issue]:
     for kind, end, sign in (("clipped", "lowest", 1.0), ("saturated", "highest", -1.0)):
         extreme = sign * np.min(sign * samples)
         n_extreme = int(np.count_nonzero(samples == extreme))
@@ -267,7 +273,7 @@ def _clipped(recording: Recording, channel: Channel, samples: Array, limit: floa
             yield Issue(text, channel, kind=kind)
 
 
-def _hum(recording: Recording, channel: Channel, samples: Array, limits: RemarkLimits) -> Iterator[Issue]:
+def _hum(recording: Record, channel: Channel, samples: Array, limits: RemarkLimits) -> Iterator[Issue]:
     shares = {mains: hum_share(samples, recording.sampling_frequency, mains) for mains in limits.mains}
     mains = max(shares, key=shares.__getitem__)
     if shares[mains] > limits.hum:
@@ -278,14 +284,14 @@ def _hum(recording: Recording, channel: Channel, samples: Array, limits: RemarkL
 _TOLERANCE = 0.01
 
 
-def differences(recording: Recording, first: Recording) -> Iterator[Issue]:
+def differences(recording: Record, first: Record) -> Iterator[Issue]:
     """Remarks if the sampling, or a header's unit under a gain, differs from the first record."""
     frequency, usual = recording.sampling_frequency, first.sampling_frequency
     if abs(frequency / usual - 1.0) > _TOLERANCE:
         text = f"sampled at {frequency:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
         yield Issue(text, kind="sampling_varies")
-    for channel, header in recording.scaled_headers.items():
-        before = first.scaled_headers.get(channel, header)
+    for channel, header in recording.headers.items():
+        before = first.headers.get(channel, header)
         if header != before:
             text = f"one gain for headers in {header or 'no unit'} and, in record 1, {before or 'no unit'}"
             yield Issue(text, channel, kind="units_vary")
@@ -310,12 +316,12 @@ _MOST_RATIO = 5.0
 differ by about ten if one is in bar and read as MPa."""
 
 
-def unusual_sizes(recording: Recording) -> Iterator[Issue]:
+def _unusual_sizes(recording: Record, channels: Mapping[Channel, Array]) -> Iterator[Issue]:
     """Remarks on channels beyond the usual sizes, on pressures of which none reaches 0.1 MPa, and on chamber
     pressures that are not alike."""
     channels = {
         channel: samples
-        for channel, samples in recording.channels.items()
+        for channel, samples in channels.items()
         if channel not in recording.relative and np.all(np.isfinite(samples))
     }
     loaded = [name for name in channels if name.is_pressure and name is not Channel.RETURN_PRESSURE]

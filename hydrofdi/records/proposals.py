@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -81,7 +82,8 @@ class Proposal:
         channels, time = self.channels(), self._time()
         self.form |= self._missing([*channels.values(), *([] if time is None else [time])])
         if self.form:
-            yield f"format: {_flow(self.form)}"
+            # JSON is YAML; its keys need no quotes
+            yield "format: " + re.sub(r'"(\w+)":', r"\1:", json.dumps(self.form, ensure_ascii=False))
         clocks: Mapping[int, int] = {}
         if frequency:
             yield f"sampling_frequency: {frequency:g} Hz"
@@ -226,17 +228,6 @@ def _numbers(table: FileColumns, position: int) -> Array | None:
 def _rises(values: Array | None) -> bool:
     known = np.empty(0) if values is None else values[np.isfinite(values)]
     return values is not None and values.size > 2 and bool(np.all(np.diff(known) > 0.0))
-
-
-def _flow(form: Mapping[str, Any]) -> str:
-    def text(value: Any) -> str:
-        if isinstance(value, Mapping):
-            return _flow(value)
-        if isinstance(value, list):
-            return f"[{', '.join(map(text, value))}]"
-        return str(value).lower() if isinstance(value, bool | int) else f"{value!r}"
-
-    return f"{{{', '.join(f'{key}: {text(value)}' for key, value in form.items())}}}"
 
 
 def proposed_description(file: Path, pattern: str, frequency: float | None = None) -> str:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -22,7 +23,7 @@ from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.files import open_table
 from hydrofdi.records.proposals import completed, proposed_description
 from hydrofdi.records.recording import (
-    Recording,
+    Record,
     cycles_of,
     find_stroke,
     normalized,
@@ -39,10 +40,10 @@ _MOST_SAMPLES = 2**22
 
 
 def batched(
-    records: Iterable[Recording | RejectedRecord], drive_period: float | None, labels: bool
+    records: Iterable[Record | RejectedRecord], drive_period: float | None, labels: bool
 ) -> Iterator[RecordBatch]:
     """Batches of consecutive records that fit together; rejected records come with the next batch."""
-    waiting: list[Recording] = []
+    waiting: list[Record] = []
     rejected: list[RejectedRecord] = []
     for record in records:
         if isinstance(record, RejectedRecord):
@@ -57,36 +58,35 @@ def batched(
         yield _batch(waiting, rejected, drive_period, labels)
 
 
-def _shape(record: Recording) -> Hashable:
+def _shape(record: Record) -> Hashable:
     return record.n_time, record.sampling_frequency, record.start_time, record.relative
 
 
 def _batch(
-    records: list[Recording], rejected: list[RejectedRecord], drive_period: float | None, labels: bool
+    records: list[Record], rejected: list[RejectedRecord], drive_period: float | None, labels: bool
 ) -> RecordBatch:
     if not records:
         return RecordBatch({}, 1.0, (), rejected=tuple(rejected), labels=() if labels else None)
-    first = records[0]
+    first, is_one = records[0], len(records) == 1
+    of_records = ("record_ids", "sources", "groups", "remarks", "dates", *["labels"] * labels)
+    entries: dict[str, Any] = {
+        name: tuple(chain.from_iterable(getattr(record, name) for record in records)) for name in of_records
+    }
     return RecordBatch(
-        channels={
-            channel: np.stack([record.channels[channel] for record in records])
-            if len(records) > 1
-            else first.channels[channel][np.newaxis]
-            for channel in first.channels
+        {
+            channel: samples if is_one else np.concatenate([record[channel] for record in records])
+            for channel, samples in first.channels.items()
         },
-        sampling_frequency=first.sampling_frequency,
+        first.sampling_frequency,
         start_time=first.start_time,
-        record_ids=tuple(record.record_id for record in records),
-        sources=tuple(record.source for record in records),
-        groups=tuple(record.group for record in records),
         drive_period=drive_period,
         relative=first.relative,
         normalized=first.normalized,
-        remarks=tuple(record.remarks for record in records),
         rejected=tuple(rejected),
-        units={channel: frozenset(record.units[channel] for record in records) for channel in first.units},
-        labels=tuple(record.label for record in records) if labels else None,
-        dates=tuple(record.date for record in records),
+        units={
+            channel: frozenset().union(*(each.units[channel] for each in records)) for channel in first.units
+        },
+        **entries,
     )
 
 
@@ -119,9 +119,9 @@ class MeasuredSource:
         """Whether the description says how records are labelled."""
         return bool(self.config.label)
 
-    def _remarked(self) -> Iterator[Recording | RejectedRecord]:
+    def _remarked(self) -> Iterator[Record | RejectedRecord]:
         """The records, with remarks on differences from the first."""
-        first: Recording | None = None
+        first: Record | None = None
         for record in self._records():
             if isinstance(record, RejectedRecord):
                 yield record
@@ -129,7 +129,7 @@ class MeasuredSource:
             first = first or replace(record, channels={})
             yield record.remarked((*self.remarks, *differences(record, first)))
 
-    def _records(self) -> Iterator[Recording | RejectedRecord]:
+    def _records(self) -> Iterator[Record | RejectedRecord]:
         """The records of all files, or a rejection with the reason."""
         for path in self.files:
             source = Path(os.path.relpath(path, self.folder)).as_posix()
@@ -138,7 +138,7 @@ class MeasuredSource:
     @np.errstate(all="ignore")
     def _of_table(
         self, source: str, opened: AbstractContextManager[FileColumns]
-    ) -> list[Recording | RejectedRecord]:
+    ) -> list[Record | RejectedRecord]:
         config = self.config
         names = description.names_of_path(source, description.path_pattern(config.path))
         try:
@@ -147,24 +147,26 @@ class MeasuredSource:
             with opened as table:
                 recording = recording_of(table, config)
             if config.date:
-                recording = replace(recording, date=_date(description.filled(config.date, names)))
+                recording = replace(recording, dates=(_date(description.filled(config.date, names)),))
             recording = trimmed(recording, config.trim)
             cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
         except RejectionError as rejection:
             return [RejectedRecord(source, source, "", rejection.remark)]
-        records = list[Recording | RejectedRecord]()
+        records = list[Record | RejectedRecord]()
         for number, cycle in enumerate(cycles, 1):
             record_id = source if config.cycles is None else f"{source}#{number}"
             if isinstance(cycle, RejectionError):
                 records.append(RejectedRecord(record_id, source, "", cycle.remark))
             else:
-                records.append(self._formed(replace(cycle, record_id=record_id, source=source), names))
+                records.append(
+                    self._formed(replace(cycle, record_ids=(record_id,), sources=(source,)), names)
+                )
         return records
 
-    def _formed(self, cycle: Recording, names: Mapping[str, str]) -> Recording | RejectedRecord:
+    def _formed(self, cycle: Record, names: Mapping[str, str]) -> Record | RejectedRecord:
         """The requested part of a cycle, with its group, label and findings."""
         config, position = self.config, cycle.channels.get(Channel.PISTON_POSITION)
-        stroke = None if position is None else find_stroke(position)
+        stroke = None if position is None else find_stroke(position[0])
         known = {**names, "direction": stroke.direction if stroke else "0"}
         group, label = (description.filled(template, known) for template in (config.group, config.label))
         try:
@@ -178,8 +180,8 @@ class MeasuredSource:
             if config.normalize != "none":
                 record = normalized(record, cycle, config.normalize)
         except RejectionError as rejection:
-            return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
-        return replace(record, group=group, label=label)
+            return RejectedRecord(cycle.record_ids[0], cycle.sources[0], group, rejection.remark, label)
+        return replace(record, groups=(group,), labels=(label,))
 
 
 def _date(text: str) -> float:
@@ -275,12 +277,15 @@ class HeldSource(MeasuredSource):
         """Whether any record has a label."""
         return any(self.table.labels)
 
-    def _records(self) -> Iterator[Recording | RejectedRecord]:
+    def _records(self) -> Iterator[Record | RejectedRecord]:
         table = self.table
         named = zip(table.record_ids, table.groups, table.labels, strict=True)
         for row, (record_id, group, label) in enumerate(named):
             (record,) = self._of_table(table.place, nullcontext(replace(table, at=row)))
-            yield replace(record, record_id=record_id, group=group, label=label)
+            if isinstance(record, RejectedRecord):
+                yield replace(record, record_id=record_id, group=group, label=label)
+            else:
+                yield replace(record, record_ids=(record_id,), groups=(group,), labels=(label,))
 
 
 def held_source(table: MemoryTable, described: Mapping[str, Any]) -> HeldSource:

@@ -262,6 +262,7 @@ def test_a_clock_of_a_dataset_or_an_archive_gives_rate_and_date(tmp_path, times,
         with h5py.File(file := tmp_path / "run.h5", "w") as target:
             target["time"], target["P1"] = times, pressure
             target["time"].attrs.update(attributes)
+            target["matrix"] = np.ones((60, 3))
             target["P1"].attrs["units"] = "bar"
     batch = read(plain_source(file))
     assert batch.sampling_frequency == pytest.approx(500.0)

@@ -61,6 +61,8 @@ def test_a_slow_time_in_seconds_says_so_and_a_usual_rate_or_an_epoch_is_believed
     assert read(plain_source(written(tmp_path, slow, "time [s]"))).sampling_frequency == 0.5
     assert likely_unit(TIME) == likely_unit(1_764_187_200.0 + TIME) == likely_unit(TIME[:5] * 1e3) == "s"
     assert not kinds(read(plain_source(written(tmp_path, TIME, "time"))))
+    one_row = written(tmp_path, TIME[:1], columns={"P1 [bar]": [80.0]})
+    assert "resample" not in write_description(one_row, tmp_path / "rig.yaml")
 
 
 def test_joined_rasters_need_resample_which_the_proposal_states_with_the_true_rates(tmp_path):

@@ -311,6 +311,7 @@ _USUAL = {
     Channel.SPOOL_POSITION: usual.SPOOL_POSITION,
     Channel.INPUT_VOLTAGE: usual.VOLTAGE,
 }
+_USUAL_IN_SI = {name: [parse_quantity(each, name.unit) for each in sizes] for name, sizes in _USUAL.items()}
 _MOST_RATIO = 5.0
 """Ratio of the mean chamber pressures above which one of them may have another unit; pressures that are alike
 differ by about ten if one is in bar and read as MPa."""
@@ -331,7 +332,7 @@ def _unusual_sizes(recording: Record, channels: Mapping[Channel, Array]) -> Iter
         text = f"{name}: values up to {value:.4g} Pa; is the unit {unit}? Hydraulic pressures exceed 0.1 MPa"
         yield Issue(text, name, kind="low_pressure")
     for channel in (name for name in _USUAL if name in channels):
-        low, high = (parse_quantity(bound, channel.unit) for bound in _USUAL[channel])
+        low, high = _USUAL_IN_SI[channel]
         largest = float(np.max(np.abs(channels[channel])))
         if largest > high or (0.0 < largest < low and not channel.is_pressure):
             text = f"{channel}: values up to {recording.shown(channel, largest)} are far"

@@ -93,12 +93,14 @@ def recording_of(table: FileColumns, config: MeasuredConfig) -> Record:
         channels, frequency = _resampled(channels, times, wanted), wanted
     elif times is not None and any(doubt.kind == "gap" for doubt in doubts):
         channels = _on_grid(channels, times, frequency)
+    cycles = config.cycles
     gained = {channel: column for channel, column in columns.items() if column.config.gain is not None}
     return Record(
         {channel: samples[np.newaxis] for channel, samples in channels.items()},
         frequency,
         ("",),
         start_time=start,
+        drive_period=config.drive_period or (None if cycles is None else cycles.period),
         relative=frozenset(channel for channel, column in columns.items() if is_counts(column.unit)),
         remarks=((*table.remarks, *doubts),),
         units={channel: frozenset([gauge_unit(column.unit)]) for channel, column in columns.items()},

@@ -39,55 +39,22 @@ _MOST_SAMPLES = 2**22
 """Most samples, over all channels, of a batch with more than one record: 32 MiB."""
 
 
-def batched(
-    records: Iterable[Record | RejectedRecord], drive_period: float | None, labels: bool
-) -> Iterator[RecordBatch]:
-    """Batches of consecutive records that fit together; rejected records come with the next batch."""
-    waiting: list[Record] = []
-    rejected: list[RejectedRecord] = []
-    for record in records:
-        if isinstance(record, RejectedRecord):
-            rejected.append(record if labels else replace(record, label=""))
-            continue
-        n_sample = (len(waiting) + 1) * record.n_time * len(record.channels)
-        if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > _MOST_SAMPLES):
-            yield _batch(waiting, rejected, drive_period, labels)
-            waiting, rejected = [], []
-        waiting.append(record)
-    if waiting or rejected:
-        yield _batch(waiting, rejected, drive_period, labels)
-
-
 def _shape(record: Record) -> Hashable:
     return record.n_time, record.sampling_frequency, record.start_time, record.relative
 
 
-def _batch(
-    records: list[Record], rejected: list[RejectedRecord], drive_period: float | None, labels: bool
-) -> RecordBatch:
+def _batch(records: list[Record], rejected: list[RejectedRecord], labels: bool) -> RecordBatch:
+    """Records that fit together."""
     if not records:
         return RecordBatch({}, 1.0, (), rejected=tuple(rejected), labels=() if labels else None)
-    first, is_one = records[0], len(records) == 1
-    of_records = ("record_ids", "sources", "groups", "remarks", "dates", *["labels"] * labels)
-    entries: dict[str, Any] = {
-        name: tuple(chain.from_iterable(getattr(record, name) for record in records)) for name in of_records
-    }
-    return RecordBatch(
-        {
-            channel: samples if is_one else np.concatenate([record[channel] for record in records])
-            for channel, samples in first.channels.items()
-        },
-        first.sampling_frequency,
-        start_time=first.start_time,
-        drive_period=drive_period,
-        relative=first.relative,
-        normalized=first.normalized,
-        rejected=tuple(rejected),
-        units={
-            channel: frozenset().union(*(each.units[channel] for each in records)) for channel in first.units
-        },
-        **entries,
-    )
+    first, joined = records[0], dict[str, Any](labels=None, rejected=tuple(rejected))
+    for name in ("record_ids", "sources", "groups", "remarks", "dates", *["labels"] * labels):
+        joined[name] = tuple(chain.from_iterable(getattr(record, name) for record in records))
+    if len(records) > 1:
+        names = first.channels
+        joined["channels"] = {name: np.concatenate([each[name] for each in records]) for name in names}
+        joined["units"] = {name: frozenset().union(*(each.units[name] for each in records)) for name in names}
+    return replace(first, **joined)
 
 
 @dataclass(frozen=True)
@@ -104,10 +71,19 @@ class MeasuredSource:
     remarks: tuple[Issue, ...] = ()
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """All records in the natural order of their paths."""
-        cycles = self.config.cycles
-        period = self.config.drive_period or (None if cycles is None else cycles.period)
-        yield from batched(self._remarked(), period, labels)
+        """All records in the natural order of their paths; rejected ones come with the next batch."""
+        waiting, rejected = list[Record](), list[RejectedRecord]()
+        for record in self._remarked():
+            if isinstance(record, RejectedRecord):
+                rejected.append(record if labels else replace(record, label=""))
+                continue
+            n_sample = (len(waiting) + 1) * record.n_time * len(record.channels)
+            if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > _MOST_SAMPLES):
+                yield _batch(waiting, rejected, labels)
+                waiting, rejected = [], []
+            waiting.append(record)
+        if waiting or rejected:
+            yield _batch(waiting, rejected, labels)
 
     @property
     def data_sheet(self) -> Mapping[str, Any]:

@@ -8,7 +8,7 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.catalogue.spectra import _lines
 from hydrofdi.indicators.catalogue.transients import half_periods, jumps
 from hydrofdi.monitor.opcua import Joiner, NodeValue
-from hydrofdi.records.recording import Recording, Stroke, _resampled, edges, find_stroke, short_stroke
+from hydrofdi.records.recording import Record, Stroke, _resampled, drive_edges, find_stroke, short_stroke
 from hydrofdi.records.streams import Chunk, EvenStream
 from hydrofdi.settings.messages import shown_quantity
 
@@ -36,8 +36,10 @@ def converted(levels, lowest=-10.0, resolution=0.01):
     # 2 %, 20 % and 98 % of a stroke, and its length
     lambda n: find_stroke(n / 100 + RISE / 1e3).start,
     lambda n: find_stroke(n / 100 + n * RISE / 1e4).arrival,
-    lambda n: edges(n / 7 + n * np.array([0, 60, 100, 0, 60]) / 1e4, "rising"),
-    lambda n: short_stroke(Recording({}, 500.0), Stroke((n + 10) / 100 - n / 100, 0, 1), 0.1),
+    lambda n: drive_edges(
+        n / 7 + n * np.array([0, 60, 100, 0, 60]) / 1e4, (n / 7, n / 7 + n * 100 / 1e4), "rising"
+    )[0],
+    lambda n: short_stroke(Record({}, 500.0, ("",)), Stroke((n + 10) / 100 - n / 100, 0, 1), 0.1),
     # the ends of half periods and of a record, on clocks that began long before
     lambda n: half_periods(1, 500, 1000.0, 0.2, 1.7e9 * (n % 2)).sample,
     lambda n: _resampled({P1: RISE}, 3600.0 * n + np.arange(RISE.size) / 1e3, 1e3)[P1].size,

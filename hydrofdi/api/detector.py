@@ -336,7 +336,7 @@ def _chunks(chunks: Iterable[Any], frequency: float, channel: Names, unit: Names
         if (n_record := len(source.table.record_ids)) > 1:
             raise DataError(f"{source.name}: has {counted(n_record, 'record')}; a chunk of a stream has one")
         try:
-            _, channels, times, since = samples_of(source.table.row(0), source.config)
+            _, channels, times, since = samples_of(source.table, source.config)
         except RejectionError as rejection:
             raise DataError(f"{source.name}: {rejection.remark.message}") from None
         n_time = next(iter(channels.values())).size

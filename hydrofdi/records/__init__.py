@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -190,7 +190,7 @@ class RecordBatch:
         channels = {channel: samples[chosen] for channel, samples in self.channels.items()}
         return replace(self, channels=channels, rejected=(), **entries)
 
-    def window(self, first: int, stop: int | None = None) -> RecordBatch:
+    def window(self, first: int, stop: int | None = None) -> Self:
         """The samples from `first` to before `stop`, as views."""
         return replace(
             self,

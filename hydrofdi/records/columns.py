@@ -21,7 +21,7 @@ from hydrofdi.units import Unit, parse_unit, similar_units, zero_of
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 _BEHIND = re.compile(r"(.+)[_/]([^_/]+)")
 _IN = re.compile(r"(.*\S)\s+in\s+(\S+)")
-MOST_SHOWN = 12
+_MOST_SHOWN = 12
 _LONGEST_TITLE = 1000
 """Most characters of a header that is split into name and unit."""
 _SI_BY_NAME = {channel.value: channel.unit for channel in Channel} | {"time": "s"}
@@ -50,6 +50,20 @@ class Titled:
     def __init__(self, place: str, titles: Sequence[str], dated: Collection[int] = ()) -> None:
         self.place, self.titles, self.dated = place, titles, dated
 
+    def find(self, column: str) -> int:
+        """Position of a column by its title, its name without the unit, or its number."""
+        titles, place = self.titles, self.place
+        for known in (titles, [split_title(title)[0] for title in titles]):
+            positions = [position for position, title in enumerate(known) if title == column]
+            if len(positions) > 1:
+                numbers = " and ".join(str(position + 1) for position in positions)
+                raise DataError(f"{place}: column {column!r} occurs as {numbers}; give its number")
+            if positions:
+                return positions[0]
+        if column.isdecimal() and 1 <= int(column) <= len(titles):
+            return int(column) - 1
+        raise DataError(f"{place}: has no column {column!r}; it has {shown_titles(titles) or 'none'}")
+
     def unit(self, position: int) -> str:
         """Unit that the source states for a column; empty if it states none."""
         return split_title(self.titles[position])[1]
@@ -77,10 +91,6 @@ class FileColumns(Titled, ABC):
     def row_place(self, row: int) -> str:
         """A row, numbered from 0, for messages."""
         return f"sample {row + 1}"
-
-    def find(self, column: str) -> int:
-        """Position of a column; `DataError` unless there is exactly one."""
-        return find_column(self.titles, column, self.place)
 
     def date_by(self, position: int, form: str, date: int | None) -> None:
         """Read dates of a column in a stated format, after those of the column `date`."""
@@ -156,7 +166,7 @@ def columns_of(
     """
     titles, place = table.titles, table.place
     if configured:
-        indices = {channel: find_column(titles, own.column, place) for channel, own in configured.items()}
+        indices = {channel: table.find(own.column) for channel, own in configured.items()}
     else:
         indices = channels_named(table)
         configured = {channel: ChannelConfig(column=titles[n]) for channel, n in indices.items()}
@@ -165,8 +175,7 @@ def columns_of(
             if channel is not None and channel in needed and channel not in indices:
                 factor_to_si(table.unit(position), channel.unit, f"{place}: column {title[:60]!r}")
     if not indices:
-        shown = ", ".join(map(shortened, titles[:MOST_SHOWN])) + ", …" * (len(titles) > MOST_SHOWN)
-        raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}")
+        raise DataError(f"{place}: no column is named like a channel; found {shown_titles(titles)[:200]}")
     return {
         channel: column_at(table, n, configured[channel], channel.unit, table.unit(n))
         for channel, n in indices.items()
@@ -213,21 +222,15 @@ def channel_called(name: str) -> Channel:
     return channel
 
 
-def find_column(titles: Sequence[str], column: str, place: str) -> int:
-    """Position of a column by its title, its name without the unit, or its number."""
-    names = [split_title(title)[0] for title in titles]
-    for known in (titles, names):
-        positions = [position for position, title in enumerate(known) if title == column]
-        if len(positions) > 1:
-            numbers = " and ".join(str(position + 1) for position in positions)
-            raise DataError(f"{place}: column {column!r} occurs as {numbers}; give its number")
-        if positions:
-            return positions[0]
-    if column.isdecimal() and 1 <= int(column) <= len(titles):
-        return int(column) - 1
-    more = ", …" if len(titles) > MOST_SHOWN else ""
-    shown = [shortened(title) for title in titles[:MOST_SHOWN]]
-    raise DataError(f"{place}: has no column {column!r}; it has {', '.join(shown) or 'none'}{more}")
+def column_name(titles: Sequence[str], position: int) -> str:
+    """How a description names a column: by its name or its title if no other has the same, or its number.
+
+    The name comes first, because other files may have the column in another unit.
+    """
+    for known in ([split_title(title)[0] for title in titles], titles):
+        if known[position] and known.count(known[position]) == 1:
+            return known[position]
+    return str(position + 1)
 
 
 def split_title(title: str) -> tuple[str, str]:
@@ -236,21 +239,28 @@ def split_title(title: str) -> tuple[str, str]:
     A unit may stand behind ``in``, or ``_`` or ``/`` as in ``P1_bar`` if the name is that of a channel or the
     time.
     """
-    match = _TITLE.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
+    if len(title) > _LONGEST_TITLE:
+        return title.strip(), ""
+    match = _TITLE.fullmatch(title)
     if match is not None and match[1] and not (match[2] or match[3] or "").isdigit():
         return match[1], (match[2] or match[3] or "").strip()
-    if len(title) <= _LONGEST_TITLE and (match := _BEHIND.fullmatch(title.strip())):
+    if match := _BEHIND.fullmatch(title.strip()):
         channel, unit = _CHANNELS.get(_plain(match[1])), known_unit(match[2])
         si = channel.unit if channel else "s" if _plain(match[1]) in ("time", "t") else ""
         if si and unit and unit.exponents == parse_unit(si).exponents:
             return match[1], match[2]
-    match = _IN.fullmatch(title.strip()) if len(title) <= _LONGEST_TITLE else None
+    match = _IN.fullmatch(title.strip())
     return (match[1], match[2]) if match and known_unit(match[2]) else (title.strip(), "")
 
 
 def shortened(title: str, most: int = 60) -> str:
     """A header as a message quotes it."""
     return title if len(title) <= most else f"{title[: most - 1]}…"
+
+
+def shown_titles(titles: Sequence[str]) -> str:
+    """Some headers for a message."""
+    return ", ".join(map(shortened, titles[:_MOST_SHOWN])) + ", …" * (len(titles) > _MOST_SHOWN)
 
 
 def short_name(title: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from hydrofdi.errors import Issue
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.description import RemarkLimits
-from hydrofdi.records.recording import Recording
+from hydrofdi.records.recording import Record
 from hydrofdi.records.times import other_unit, uneven_window
 from hydrofdi.settings import quantities as usual
 from hydrofdi.settings.messages import counted
@@ -31,22 +30,14 @@ def must_change(channel: Channel) -> bool:
     return (channel.is_pressure and channel not in _RAILS) or channel is Channel.PISTON_VELOCITY
 
 
-def is_ideal_rail(channel: Channel, value: float) -> bool:
-    """Whether a supply or return pressure may be constant at this value; supply at zero is a dead sensor."""
-    return channel in _RAILS and (value > 0.0 or channel is Channel.RETURN_PRESSURE)
-
-
 def frozen(channels: Mapping[Channel, Array], sampling_frequency: float) -> str:
     """That the position repeats a value for long; empty if it does not, or pressures rest."""
     position = channels.get(Channel.PISTON_POSITION)
     apart = max(1, int(_FROZEN_FOR * sampling_frequency / 2.0))
     if position is None or not np.any(position[apart::apart] == position[:-apart:apart]):
         return ""  # a longer run contains two neighbours of this grid
-    turns = np.flatnonzero(np.diff(position)) + 1
-    bounds = np.concatenate([[0], turns, [position.size]])
-    longest = int(np.argmax(np.diff(bounds)))
-    still = slice(bounds[longest], bounds[longest + 1])
-    time = float((still.stop - still.start) / sampling_frequency)
+    lengths, still = _repetitions(position)
+    time = float(lengths.max() / sampling_frequency)
     chambers = [channels[chamber] for chamber in _CHAMBERS if chamber in channels]
     pressures = [samples for samples in chambers if np.isfinite(samples).all()]
     if time <= _FROZEN_FOR or not pressures:
@@ -55,6 +46,14 @@ def frozen(channels: Mapping[Channel, Array], sampling_frequency: float) -> str:
     level = max(float(np.max(np.abs(samples))) for samples in pressures)
     is_moving = moves > _FROZEN_MOVE * level
     return f"{Channel.PISTON_POSITION} does not change for {time:.3g} s while the pressures do" * is_moving
+
+
+def _repetitions(samples: Array) -> tuple[NDArray[np.intp], slice]:
+    """How long each value is repeated, and the samples of the longest repetition."""
+    bounds = np.concatenate([[0], np.flatnonzero(np.diff(samples)) + 1, [samples.size]])
+    lengths = np.diff(bounds)
+    longest = int(np.argmax(lengths))
+    return lengths, slice(int(bounds[longest]), int(bounds[longest + 1]))
 
 
 _LONGER, _MOVES, _STEPS = 10.0, 0.1, 4.0
@@ -71,25 +70,16 @@ def frozen_stretch(
     Commands may rest, rails be ideal, and values at an end of the range be clipped.
     """
     samples = channels[channel]
-    turns = np.flatnonzero(np.diff(samples)) + 1
-    if channel in (Channel.INPUT_VOLTAGE, *_RAILS) or turns.size < _FEWEST_TURNS:
+    lengths, stretch = _repetitions(samples)
+    if channel in (Channel.INPUT_VOLTAGE, *_RAILS) or lengths.size <= _FEWEST_TURNS:
         return None
-    bounds = np.concatenate([[0], turns, [samples.size]])
-    lengths = np.diff(bounds)
-    longest = int(np.argmax(lengths))
-    others = np.delete(lengths, longest).max()
-    stretch = slice(int(bounds[longest]), int(bounds[longest + 1]))
-    value = samples[stretch.start]
-    if lengths[longest] <= max(_FROZEN_FOR * sampling_frequency, _LONGER * others) or value in (
-        samples.min(),
-        samples.max(),
-    ):
+    *_, others, longest = np.sort(lengths)
+    is_end = samples[stretch.start] in (samples.min(), samples.max())
+    if is_end or longest <= max(_FROZEN_FOR * sampling_frequency, _LONGER * others):
         return None
-    for other, values in channels.items():
-        if other is not channel and np.isfinite(values).all():
-            is_still = np.ptp(values) == 0.0
-            if not is_still and np.ptp(values[stretch]) > _MOVES * np.ptp(values):
-                return stretch
+    moving = (values for other, values in channels.items() if other is not channel and np.ptp(values) > 0.0)
+    if any(np.ptp(values[stretch]) > _MOVES * np.ptp(values) for values in moving):
+        return stretch
     steps = np.abs(np.diff(samples[: stretch.start + 1]))
     is_abrupt = steps.size > 2 and np.median(steps[-5:]) > _STEPS * steps[steps > 0.0].min()
     return stretch if is_abrupt else None
@@ -107,24 +97,19 @@ def update_rate(samples: Array, times: Array) -> float | None:
     turns = np.flatnonzero(changes)
     if turns.size < _FEWEST_TURNS:
         return None
-    if np.median(np.diff(turns)) >= 2.0:
-        low, middle = np.quantile(changes[turns], [0.1, 0.5])
-        return _rate_of(turns, times) if middle > _VARIED * low else None
-    steps = np.diff(times)
-    bends = np.abs(np.diff(np.diff(samples) / steps))
-    rounding = _ROUNDING * float(np.max(np.abs(samples)) / steps.min())
-    bent = np.flatnonzero(bends > max(0.02 * np.quantile(bends, 0.98), rounding))
-    turns = bent[np.diff(bent, prepend=-2) > 1]  # a knot between two samples bends the line at both
-    if turns.size < max(_FEWEST_TURNS, 0.45 * bent.size) or np.quantile(np.diff(turns), 0.1) < 2.0:
+    if np.median(np.diff(turns)) < 2.0:
+        steps = np.diff(times)
+        changes = np.abs(np.diff(np.diff(samples) / steps))
+        rounding = _ROUNDING * float(np.max(np.abs(samples)) / steps.min())
+        bent = np.flatnonzero(changes > max(0.02 * np.quantile(changes, 0.98), rounding))
+        turns = bent[np.diff(bent, prepend=-2) > 1]  # a knot between two samples bends the line at both
+        if turns.size < max(_FEWEST_TURNS, 0.45 * bent.size) or np.quantile(np.diff(turns), 0.1) < 2.0:
+            return None
+    low, middle = np.quantile(changes[turns], [0.1, 0.5])
+    if not middle > _VARIED * low:
         return None
-    low, middle = np.quantile(bends[turns], [0.1, 0.5])
-    return _rate_of(turns, times) if middle > _VARIED * low else None
-
-
-def _rate_of(turns: NDArray[np.intp], times: Array) -> float:
-    """Rate of changes [Hz], without the longest stretches between them, in which a channel rests."""
-    steps = np.diff(times[turns])
-    return float(1.0 / np.mean(steps[steps <= 1.6 * np.median(steps)]))
+    between = np.diff(times[turns])  # the longest are left out, as a channel rests in them
+    return float(1.0 / np.mean(between[between <= 1.6 * np.median(between)]))
 
 
 _LOWEST = 20.0
@@ -181,13 +166,8 @@ def _are_steady(
 
 def _spectrum(samples: Array) -> Array:
     """Amplitude spectrum of samples along their last axis, with a Hann window."""
-    amplitudes: Array = np.abs(np.fft.rfft(samples * _window(samples.shape[-1])))
+    amplitudes: Array = np.abs(np.fft.rfft(samples * np.hanning(samples.shape[-1] + 1)[:-1]))
     return amplitudes
-
-
-@lru_cache(maxsize=4)
-def _window(n_time: int) -> Array:
-    return np.hanning(n_time + 1)[:-1]
 
 
 _SPIKE = 20.0
@@ -199,21 +179,27 @@ Ranges = Mapping[Channel, tuple[float, float]]
 """Lowest and highest plausible value, in the unit of the channel."""
 
 
-def defects(recording: Recording, limits: RemarkLimits, ranges: Ranges) -> Iterator[Issue]:
+def defects(recording: Record, limits: RemarkLimits, ranges: Ranges) -> Iterator[Issue]:
     """Remarks on a record and on each of its channels, and on values outside of `ranges`."""
     if limits.samples is not None and recording.n_time != limits.samples:
         text = f"has {counted(recording.n_time, 'sample')} instead of {limits.samples}"
         yield Issue(text, kind="wrong_length")
-    yield from unusual_sizes(recording)
-    for channel, samples in recording.channels.items():
-        yield from _of_channel(recording, channel, samples, limits, ranges)
+    channels = {channel: samples for channel, (samples,) in recording.channels.items()}
+    yield from _unusual_sizes(recording, channels)
+    for channel in channels:
+        yield from _of_channel(recording, channel, channels, limits, ranges)
 
 
 def _of_channel(
-    recording: Recording, channel: Channel, samples: Array, limits: RemarkLimits, ranges: Ranges
+    recording: Record,
+    channel: Channel,
+    channels: Mapping[Channel, Array],
+    limits: RemarkLimits,
+    ranges: Ranges,
 ) -> Iterator[Issue]:
+    samples = channels[channel]
     missing = np.flatnonzero(~np.isfinite(samples))
-    if missing.size and any(remark.kind == "gap" for remark in recording.remarks):
+    if missing.size and any(remark.kind == "gap" for remark in recording.remarks[0]):
         return  # said of the record
     if missing.size:
         first, last = recording.start_time + missing[[0, -1]] / recording.sampling_frequency
@@ -229,10 +215,10 @@ def _of_channel(
     if channel is Channel.OIL_TEMPERATURE:
         return
     frequency = recording.sampling_frequency
-    if channel is Channel.PISTON_POSITION and (text := frozen(recording.channels, frequency)):
+    if channel is Channel.PISTON_POSITION and (text := frozen(channels, frequency)):
         yield Issue(text, channel, kind="stuck", is_unusable=True)
         return
-    if (stretch := frozen_stretch(channel, recording.channels, frequency)) is not None:
+    if (stretch := frozen_stretch(channel, channels, frequency)) is not None:
         begin, end = (recording.start_time + index / frequency for index in (stretch.start, stretch.stop))
         text = f"{channel} does not change from {begin:.6g} to {end:.6g} s, but does otherwise"
         yield Issue(text, channel, kind="stuck", is_unusable=True)
@@ -241,8 +227,9 @@ def _of_channel(
         text = f"{channel} is updated at {rate:.3g} Hz, not {frequency:g} Hz: nothing above {rate / 2:.3g} Hz"
         yield Issue(text, channel, kind="held")
     if np.ptp(samples) == 0.0:
-        if not is_ideal_rail(channel, float(samples[0])):
-            is_unusable = must_change(channel) or channel is Channel.SUPPLY_PRESSURE
+        is_dead = channel is Channel.SUPPLY_PRESSURE and samples[0] <= 0.0
+        if is_dead or channel not in _RAILS:
+            is_unusable = is_dead or must_change(channel)
             yield Issue(f"{channel} never changes", channel, kind="stuck", is_unusable=is_unusable)
         return
     if channel is not Channel.INPUT_VOLTAGE:
@@ -253,7 +240,7 @@ def _of_channel(
 
 
 def _out_of_range(
-    recording: Recording, channel: Channel, samples: Array, limits: tuple[float, float]
+    recording: Record, channel: Channel, samples: Array, limits: tuple[float, float]
 ) -> Iterator[Issue]:
     rounding = 1e-9 * (limits[1] - limits[0])
     outside = float(np.mean((samples < limits[0] - rounding) | (samples > limits[1] + rounding)))
@@ -263,7 +250,7 @@ def _out_of_range(
         yield Issue(text, channel, kind="out_of_range")
 
 
-def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[Issue]:
+def _spikes(recording: Record, channel: Channel, samples: Array) -> Iterator[Issue]:
     low, middle, high = np.quantile(samples, [0.01, 0.5, 0.99])
     away = np.abs(samples - middle)
     n_far = int(np.count_nonzero(away > ABOVE * _SPIKE * (high - low)))
@@ -274,7 +261,7 @@ def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[
         yield Issue(text, channel, kind="spike")
 
 
-def _clipped(recording: Recording, channel: Channel, samples: Array, limit: float) -> Iterator[Issue]:
+def _clipped(recording: Record, channel: Channel, samples: Array, limit: float) -> Iterator[Issue]:
     for kind, end, sign in (("clipped", "lowest", 1.0), ("saturated", "highest", -1.0)):
         extreme = sign * np.min(sign * samples)
         n_extreme = int(np.count_nonzero(samples == extreme))
@@ -286,7 +273,7 @@ def _clipped(recording: Recording, channel: Channel, samples: Array, limit: floa
             yield Issue(text, channel, kind=kind)
 
 
-def _hum(recording: Recording, channel: Channel, samples: Array, limits: RemarkLimits) -> Iterator[Issue]:
+def _hum(recording: Record, channel: Channel, samples: Array, limits: RemarkLimits) -> Iterator[Issue]:
     shares = {mains: hum_share(samples, recording.sampling_frequency, mains) for mains in limits.mains}
     mains = max(shares, key=shares.__getitem__)
     if shares[mains] > limits.hum:
@@ -297,14 +284,14 @@ def _hum(recording: Recording, channel: Channel, samples: Array, limits: RemarkL
 _TOLERANCE = 0.01
 
 
-def differences(recording: Recording, first: Recording) -> Iterator[Issue]:
+def differences(recording: Record, first: Record) -> Iterator[Issue]:
     """Remarks if the sampling, or a header's unit under a gain, differs from the first record."""
     frequency, usual = recording.sampling_frequency, first.sampling_frequency
     if abs(frequency / usual - 1.0) > _TOLERANCE:
         text = f"sampled at {frequency:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
         yield Issue(text, kind="sampling_varies")
-    for channel, header in recording.scaled_headers.items():
-        before = first.scaled_headers.get(channel, header)
+    for channel, header in recording.headers.items():
+        before = first.headers.get(channel, header)
         if header != before:
             text = f"one gain for headers in {header or 'no unit'} and, in record 1, {before or 'no unit'}"
             yield Issue(text, channel, kind="units_vary")
@@ -324,21 +311,28 @@ _USUAL = {
     Channel.SPOOL_POSITION: usual.SPOOL_POSITION,
     Channel.INPUT_VOLTAGE: usual.VOLTAGE,
 }
+_USUAL_IN_SI = {name: [parse_quantity(each, name.unit) for each in sizes] for name, sizes in _USUAL.items()}
 _MOST_RATIO = 5.0
 """Ratio of the mean chamber pressures above which one of them may have another unit; pressures that are alike
 differ by about ten if one is in bar and read as MPa."""
 
 
-def unusual_sizes(recording: Recording) -> Iterator[Issue]:
-    """Remarks on channels beyond the usual sizes, and on chamber pressures that are not alike."""
-    yield from low_pressures(recording)
+def _unusual_sizes(recording: Record, channels: Mapping[Channel, Array]) -> Iterator[Issue]:
+    """Remarks on channels beyond the usual sizes, on pressures of which none reaches 0.1 MPa, and on chamber
+    pressures that are not alike."""
     channels = {
         channel: samples
-        for channel, samples in recording.channels.items()
+        for channel, samples in channels.items()
         if channel not in recording.relative and np.all(np.isfinite(samples))
     }
+    loaded = [name for name in channels if name.is_pressure and name is not Channel.RETURN_PRESSURE]
+    highest = {channel: float(np.max(channels[channel])) for channel in loaded}
+    for name, value in highest.items() if max(highest.values(), default=0.0) < _LOWEST_PRESSURE else ():
+        unit = next(unit for most, unit in _LIKELY_UNITS if value < most)
+        text = f"{name}: values up to {value:.4g} Pa; is the unit {unit}? Hydraulic pressures exceed 0.1 MPa"
+        yield Issue(text, name, kind="low_pressure")
     for channel in (name for name in _USUAL if name in channels):
-        low, high = (parse_quantity(bound, channel.unit) for bound in _USUAL[channel])
+        low, high = _USUAL_IN_SI[channel]
         largest = float(np.max(np.abs(channels[channel])))
         if largest > high or (0.0 < largest < low and not channel.is_pressure):
             text = f"{channel}: values up to {recording.shown(channel, largest)} are far"
@@ -351,26 +345,6 @@ def unusual_sizes(recording: Recording) -> Iterator[Issue]:
         shown = [recording.shown(channel, means[channel]) for channel in (larger, smaller)]
         text = f"{larger}: the mean is {shown[0]}, but {shown[1]} of {smaller}; is a unit or gain wrong?"
         yield Issue(text, larger, kind="unusual")
-
-
-def low_pressures(recording: Recording) -> Iterator[Issue]:
-    """Remarks on the chamber and supply pressures if none of them reaches 0.1 MPa."""
-    highest = {
-        channel: float(np.max(samples))
-        for channel, samples in recording.channels.items()
-        if channel.is_pressure
-        and channel is not Channel.RETURN_PRESSURE
-        and channel not in recording.relative
-        and np.all(np.isfinite(samples))
-    }
-    if not highest or max(highest.values()) >= _LOWEST_PRESSURE:
-        return
-    for channel, value in highest.items():
-        unit = next(unit for most, unit in _LIKELY_UNITS if value < most)
-        text = (
-            f"{channel}: values up to {value:.4g} Pa; is the unit {unit}? Hydraulic pressures exceed 0.1 MPa"
-        )
-        yield Issue(text, channel, kind="low_pressure")
 
 
 _RATE = 0.01

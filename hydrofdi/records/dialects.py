@@ -47,27 +47,18 @@ _THOUSANDS = {
     for decimal in decimals
 }
 """Cells that have thousands → their sign and the decimal sign."""
-_DATES = [
-    "%d.%m.%Y",
-    "%d.%m.%y",
-    "%d/%m/%Y",
-    "%m/%d/%Y",
-    "%d/%m/%y",
-    "%m/%d/%y",
-    "%Y/%m/%d",
-    "%Y.%m.%d",
-    "%d-%m-%Y",
-    "%m-%d-%Y",
-    "%Y-%j",
-    "%d-%b-%Y",
-    "%d-%b-%y",
-    "%Y%m%d",
-]
+_DATES = (
+    "%d.%m.%Y %d.%m.%y %d/%m/%Y %m/%d/%Y %d/%m/%y %m/%d/%y %Y/%m/%d %Y.%m.%d %d-%m-%Y %m-%d-%Y %Y-%j"
+    " %d-%b-%Y %d-%b-%y %Y%m%d"
+)
 _TIMES_OF_DAY = ["%H:%M:%S.%f", "%H:%M:%S,%f", "%H:%M:%S:%f", "%H:%M:%S;%f", "%H:%M:%S", "%H%M%S.%f"]
 _FORMS = (
-    *(f"{date}{sep}{time}" for date, sep, time in product(_DATES, (" ", "T", ", ", "_", "-"), _TIMES_OF_DAY)),
-    *(f"{date} %I:%M:%S{more} %p" for date, more in product(reversed(_DATES), (".%f", ",%f", ""))),
-    *(time for time in _TIMES_OF_DAY),
+    *(
+        f"{date}{sep}{time}"
+        for date, sep, time in product(_DATES.split(), (" ", "T", ", ", "_", "-"), _TIMES_OF_DAY)
+    ),
+    *(f"{date} %I:%M:%S{more} %p" for date, more in product(reversed(_DATES.split()), (".%f", ",%f", ""))),
+    *_TIMES_OF_DAY,
     "%M:%S.%f",
     "%M:%S,%f",
 )

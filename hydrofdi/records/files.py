@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
-from typing import IO, Any, cast
+from typing import IO, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -38,7 +38,7 @@ from hydrofdi.records.columns import (
 )
 from hydrofdi.records.description import FormatConfig
 from hydrofdi.records.text import LongTable, TextTable, blocks_of
-from hydrofdi.records.times import instant, is_dated, seconds_since, since_first
+from hydrofdi.records.times import are_times, instants_of
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.units import parse_unit, zero_of
 
@@ -83,7 +83,9 @@ class ArrayTable(FileColumns):
 
     def clocks(self, time: int | None = None) -> dict[int, int]:
         """Position of a column → that of its own time; the fastest one first."""
-        return {self.titles.index(name): self.titles.index(own) for name, own in self._clocks.items()}
+        places = {title: position for position, title in enumerate(self.titles)}
+        own = ((places.get(name), places[time]) for name, time in self._clocks.items())
+        return {position: clock for position, clock in own if position is not None}
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""
@@ -100,29 +102,17 @@ class ArrayTable(FileColumns):
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
-        values = self._vector(position)
-        return values.dtype.kind in "mM" or (
-            values.dtype.kind in "OU" and bool(values.size) and is_dated(str(values[0]))
-        )
+        return are_times(self._vector(position))
 
     def instants(self, position: int) -> tuple[Array, float]:
         """Values of a time column, and the first date."""
-        values, second = self._vector(position), np.timedelta64(1, "s")
-        if values.dtype.kind == "m":
-            return values / second, math.nan
-        if self.is_dated(position) and values.dtype.kind != "M":
-            try:
-                dates = [instant(str(value)) for value in values.tolist()]
-                return since_first(dates[0], seconds_since(dates[0], dates))
-            except ValueError as error:
-                raise DataError(f"{self.place}: {self.titles[position]}: {error}") from None
-        if values.dtype.kind != "M":
+        if not self.is_dated(position):
             is_clock = self.titles[position] in self._clocks.values()
             return self.numbers(position), self._since if is_clock else math.nan
-        known = values[~np.isnat(values)]
-        if not known.size:
-            return np.full(values.size, np.nan), math.nan
-        return (values - known[0]) / second, float((known[0] - np.datetime64(0, "s")) / second)
+        try:
+            return instants_of(self._vector(position))
+        except ValueError as error:
+            raise DataError(f"{self.place}: {self.titles[position]}: {error}") from None
 
     def _vector(self, position: int) -> Any:
         name, number = self._columns[position]
@@ -157,8 +147,7 @@ def content_of(path: Path) -> Content:
 
 _idle: list[subprocess.Popen[bytes]] = []
 """Processes that wait for the next file; each open table has its own."""
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_idle.clear)
+os.register_at_fork(after_in_child=_idle.clear)
 
 
 @contextmanager
@@ -231,17 +220,9 @@ def parquet_table(place: str, content: Content) -> ArrayTable:
         n_row, names = file.metadata.num_rows, file.schema_arrow.names
 
     def load(name: str) -> Any:
-        return _values(file.read(columns=[name]).column(0))
+        return file.read(columns=[name]).column(0).to_numpy()
 
     return ArrayTable(place, "Parquet", dict.fromkeys(names, (n_row,)), load)
-
-
-def _values(column: Any) -> Any:
-    import pyarrow
-
-    if pyarrow.types.is_integer(column.type) and column.null_count:
-        column = column.cast(pyarrow.float64())
-    return column.to_numpy()
 
 
 _KINDS = {
@@ -283,18 +264,12 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[FileColum
         yield table
 
 
-@dataclass(frozen=True)
-class WrittenColumn:
+class WrittenColumn(NamedTuple):
     """Samples under the symbol of a channel, or ``time``, with their unit."""
 
     name: str
     unit: str
     values: Array
-
-    @property
-    def title(self) -> str:
-        """Header of the column, such as ``P1 [Pa]``."""
-        return titled(self.name, self.unit)
 
 
 def titled(name: str, unit: str) -> str:
@@ -352,7 +327,7 @@ _ROWS_AT_ONCE = 100_000
 def write_csv(path: Path, columns: Sequence[WrittenColumn]) -> None:
     """Rows under a header such as ``time [s],P1 [Pa]``; a missing number is an empty field."""
     with open(path, "w", encoding="utf-8", newline="") as file:
-        file.write(",".join(column.title for column in columns) + "\n")
+        file.write(",".join(titled(name, unit) for name, unit, _ in columns) + "\n")
         for first in range(0, columns[0].values.size, _ROWS_AT_ONCE):
             parts = (column.values[first : first + _ROWS_AT_ONCE].tolist() for column in columns)
             file.writelines(",".join(map(_text, row)) + "\n" for row in zip(*parts, strict=True))
@@ -364,9 +339,10 @@ def write_parquet(path: Path, columns: Sequence[WrittenColumn]) -> None:
     import pyarrow
 
     fields = [
-        pyarrow.field(column.title, pyarrow.float64(), metadata={"units": column.unit}) for column in columns
+        pyarrow.field(titled(name, unit), pyarrow.float64(), metadata={"units": unit})
+        for name, unit, _ in columns
     ]
-    arrays = [pyarrow.array(column.values) for column in columns]
+    arrays = [pyarrow.array(values) for _, _, values in columns]
     parquet.write_table(pyarrow.table(arrays, schema=pyarrow.schema(fields)), path)
 
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
 from hydrofdi.records import Channel
-from hydrofdi.records.columns import channel_called, channel_named, channels_named, find_column, split_title
+from hydrofdi.records.columns import channel_called, channel_named, channels_named, split_title
 from hydrofdi.records.source import HeldSource, MemoryTable, held_source
-from hydrofdi.records.times import counts_samples, instant, is_dated, named_time
+from hydrofdi.records.times import are_times, counts_samples, instants_of, named_time
 from hydrofdi.settings.arguments import Names, refusal
 from hydrofdi.settings.messages import counted
 
@@ -49,12 +49,8 @@ def held(data: Any, number: int | None = None) -> MemoryTable:
 
 
 def _of_frame(kind: str, frame: Any) -> MemoryTable:
-    columns = [(str(title), frame.iloc[:, n]) for n, title in enumerate(frame.columns)]
-    is_numeric = [each.dtype.kind in "fiumM" for _, each in columns]
-    parts = [(title, _values(each)) for (title, each), n in zip(columns, is_numeric, strict=True) if n]
-    for (title, each), numeric in zip(columns, is_numeric, strict=True):
-        if not numeric and len(each) and isinstance(each.iloc[0], str) and is_dated(each.iloc[0]):
-            parts.append((title, _dates(kind, each)))
+    parts = [(str(title), _values(frame.iloc[:, n])) for n, title in enumerate(frame.columns)]
+    parts = [(title, values) for title, values in parts if values.dtype.kind in "fiu" or are_times(values)]
     if frame.index.name is not None or frame.index.dtype.kind in "mM":
         parts.append((str(frame.index.name or "time"), _values(frame.index)))
     return _timed(kind, [(title, values, "") for title, values in parts])
@@ -64,14 +60,6 @@ def _values(series: Any) -> NDArray[Any]:
     """Values of a column or an index; dates with a zone in UTC."""
     values: NDArray[Any] = series.to_numpy("datetime64[ns]" if series.dtype.kind == "M" else None)
     return values
-
-
-def _dates(kind: str, series: Any) -> NDArray[np.datetime64]:
-    """Dates of a column of texts."""
-    try:
-        return np.array([instant(str(text)).nanoseconds for text in series]).astype("datetime64[ns]")
-    except ValueError as error:
-        raise DataError(f"{kind}: column {str(series.name)!r}: {error}") from None
 
 
 def _of_dataset(kind: str, variables: Mapping[str, Any]) -> MemoryTable:
@@ -122,11 +110,11 @@ def _table(kind: str, parts: Sequence[Part]) -> MemoryTable:
     columns, units, dates = list[NDArray[np.float64]](), list[str | None](), dict[int, float]()
     for position, (title, values, unit) in enumerate(parts):
         array = _samples(values)
-        if array.dtype.kind in "mM":
-            if array.dtype.kind == "M" and array.size:
-                dates[position] = float(array[:1].astype("datetime64[ns]").astype(np.int64).sum() / 1e9)
-                array = array - array[:1]
-            array, unit = array / np.timedelta64(1, "ns") / 1e9, "s"
+        if are_times(array):
+            try:
+                (array, dates[position]), unit = instants_of(array), "s"
+            except ValueError as error:
+                raise DataError(f"{kind}: column {title!r}: {error}") from None
         elif array.dtype.kind not in "fiu":
             raise DataError(
                 f"{kind}: {f'column {title!r} ' if title else ''}contains something other than real numbers"
@@ -152,11 +140,10 @@ def _samples(values: Any) -> NDArray[Any]:
     parts = values if isinstance(values, list | tuple) else [values]
     if not any(isinstance(each, np.ma.MaskedArray) for each in parts):
         return np.asarray(values)
-    masked = np.ma.asarray(values)
-    array, is_missing = np.array(masked.data), np.ma.getmaskarray(masked)
-    array = array.astype(np.float64) if array.dtype.kind in "iu" else array
-    if array.dtype.kind in "fmM":
-        array[is_missing] = np.array("NaT", array.dtype) if array.dtype.kind in "mM" else np.nan
+    masked: Any = np.ma.asarray(values)
+    masked = masked.astype(np.float64) if masked.dtype.kind in "iu" else masked
+    missing: Any = np.array("NaT", masked.dtype) if masked.dtype.kind in "mM" else np.nan
+    array: NDArray[Any] = np.ma.filled(masked, missing) if masked.dtype.kind in "fmM" else masked.data
     return array
 
 
@@ -180,21 +167,19 @@ def records_of(table: MemoryTable, frequency: float | None, channel: Names, unit
             f"{kind}: no sampling frequency is given (sampling_frequency='1 kHz'), and nothing is named"
             " 'time'"
         )
-    chosen = _chosen(table, channel)
-    table = table.part([*chosen.values(), *([] if time is None else [time])], time)
-    titles = table.titles
+    chosen, titles = _chosen(table, channel), table.titles
     names = [title if title and titles.count(title) == 1 else str(n) for n, title in enumerate(titles, 1)]
-    described: dict[str, Any] = {"sampling_frequency": frequency, "channels": {}}
-    for n, found in enumerate(chosen):
-        default = found.unit if table.units[n] is None else ""
-        described["channels"][found.value] = {
-            "column": names[n],
-            "unit": _given(unit, found, titles[n]) or default,
-        }
+    units = {found: found.unit if table.units[n] is None else "" for found, n in chosen.items()}
+    described: dict[str, Any] = {"sampling_frequency": frequency}
+    described["channels"] = {
+        found.value: {"column": names[n], "unit": _given(unit, found, titles[n]) or units[found]}
+        for found, n in chosen.items()
+    }
+    used = [*chosen.values()]
     if time is not None:
-        stated = unit.get(split_title(titles[-1])[0], "") if isinstance(unit, Mapping) else ""
-        described |= {"sampling_frequency": None, "time": {"column": names[-1], "unit": stated}}
-    lengths = {len(column) for column in table.columns if column.ndim > 1} or {1}
+        stated = unit.get(split_title(titles[time])[0], "") if isinstance(unit, Mapping) else ""
+        described["time"], used = {"column": names[time], "unit": stated}, [*used, time]
+    lengths = {len(table.columns[n]) for n in used if table.columns[n].ndim > 1} or {1}
     n_record = max(lengths)
     if n_record == 0:
         raise DataError(f"{kind}: contains no records")
@@ -220,21 +205,16 @@ def _given(unit: Names, channel: Channel, title: str) -> str:
 
 def _chosen(table: MemoryTable, channel: Names) -> dict[Channel, int]:
     """Positions of the columns that are channels: those that are said to be, or are named like one."""
-    places = [n for n in range(len(table.titles)) if n != table.time]
-    columns = table.part(places, None)
-    titles = columns.titles
     if isinstance(channel, Mapping):
-        return {
-            _channel(name): places[find_column(titles, str(column), table.place)]
-            for column, name in channel.items()
-        }
+        return {_channel(name): table.find(str(column)) for column, name in channel.items()}
     wanted = None if channel is None else _channel(channel)
-    if len(titles) == 1 and (wanted or not titles[0]):
-        return {wanted or Channel.CHAMBER_1_PRESSURE: places[0]}
-    named = channels_named(columns)
-    chosen = {found: places[n] for found, n in named.items() if wanted in (None, found)}
+    titles = {n: title for n, title in enumerate(table.titles) if n != table.time}
+    if len(titles) == 1 and (wanted or not next(iter(titles.values()))):
+        return {wanted or Channel.CHAMBER_1_PRESSURE: next(iter(titles))}
+    named = channels_named(table)
+    chosen = {found: n for found, n in named.items() if n in titles and wanted in (None, found)}
     if not chosen:
-        listing = ", ".join(map(repr, titles)) or "no column of numbers"
+        listing = ", ".join(map(repr, titles.values())) or "no column of numbers"
         raise DataError(
             f"{table.place}: no column is named like {wanted or 'a channel'}; found {listing};"
             " give channel={'column': 'P1'}"

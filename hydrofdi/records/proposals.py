@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -15,13 +16,14 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import (
-    MOST_SHOWN,
     FileColumns,
     RejectionError,
     channel_named,
+    column_name,
     columns_of,
     is_unit,
     shortened,
+    shown_titles,
     split_title,
     unit_by_name,
 )
@@ -80,20 +82,21 @@ class Proposal:
         channels, time = self.channels(), self._time()
         self.form |= self._missing([*channels.values(), *([] if time is None else [time])])
         if self.form:
-            yield f"format: {_flow(self.form)}"
-        clocks: dict[int, int] = {}
+            # JSON is YAML; its keys need no quotes
+            yield "format: " + re.sub(r'"(\w+)":', r"\1:", json.dumps(self.form, ensure_ascii=False))
+        clocks: Mapping[int, int] = {}
         if frequency:
             yield f"sampling_frequency: {frequency:g} Hz"
         elif time is None:
             yield "sampling_frequency: …"
         else:
-            clocks = self._clocks(time)
-            time = min(set(clocks.values()), key=self._step) if clocks else time
+            clocks = self.table.clocks(time) if isinstance(self.table, TextTable) else {}
+            time = next(iter(clocks.values()), time)
             yield from self._time_lines(time, [*channels.values()], has_clocks=bool(clocks))
         used = (*channels.values(), time)
-        left = [shortened(title) for n, title in enumerate(self.names) if n not in used and title]
+        left = [title for n, title in enumerate(self.names) if n not in used and title]
         if left and "long" not in self.form:
-            yield f"# other columns: {', '.join(left[:MOST_SHOWN])}{', …' * (len(left) > MOST_SHOWN)}"
+            yield f"# other columns: {shown_titles(left)}"
         yield "channels:"
         for channel, position in channels.items():
             clock = clocks.get(position, time)
@@ -126,10 +129,9 @@ class Proposal:
             yield from ((n, unit) for n, name in enumerate(self.names) if name == self.names[0])
 
     def _column(self, position: int) -> str:
-        """A column as a description names it: by its number if the file has no header, or the name twice."""
-        names = [split_title(title)[0] for title in self.table.titles]  # paths, in files of arrays
-        is_numbered = self.form.get("header") is False or names.count(names[position]) > 1
-        return str(position + 1) if is_numbered or not names[position] else f"{shortened(names[position])!r}"
+        """A column as it is written: numbers without quotes."""
+        column = column_name(self.table.titles, position)
+        return column if column.isdecimal() else repr(column)
 
     def _stated_unit(self, position: int) -> str:
         return self.table.unit(position) or self.units.get(position, "")
@@ -156,7 +158,8 @@ class Proposal:
         units = [known_unit(self._stated_unit(n)) for n in range(len(table.titles))]
         others = [n for n, unit in enumerate(units) if unit and unit.exponents == second]
         others += [n for n in range(len(units)) if table.is_dated(n)]
-        rising = (n for n in [0] if n not in self.channels().values() and _rises(_numbers(table, n)))
+        first = [] if 0 in self.channels().values() else range(len(units))[:1]
+        rising = (n for n in first if _rises(_numbers(table, n)))
         return next((n for n in [*named_time(table), *others, *rising] if not self._is_no_time(n)), None)
 
     def _is_no_time(self, position: int) -> bool:
@@ -164,17 +167,6 @@ class Proposal:
         values = _numbers(self.table, position)
         is_counter = values is not None and not self.table.unit(position) and counts_samples(values)
         return is_counter or (values is not None and not np.isfinite(values).any())
-
-    def _clocks(self, time: int) -> dict[int, int]:
-        """Position of a channel → that of its own time, if more than one column has the name of the time."""
-        times = [n for n, name in enumerate(self.names) if name == self.names[time]]
-        if len(times) < 2:
-            return {}
-        return {n: max(own for own in times if own < n) for n in self.channels().values() if n > times[0]}
-
-    def _step(self, time: int) -> float:
-        """Median step of a column of time, in its unit or of dates in seconds."""
-        return float(np.nanmedian(np.diff(self.table.instants(time)[0])))
 
     def _time_lines(self, time: int, channels: Sequence[int], *, has_clocks: bool) -> Iterator[str]:
         """The column of time, and what makes it even, with how often channels are really updated."""
@@ -194,12 +186,14 @@ class Proposal:
         with suppress(DataError, RejectionError, ValueError):
             times = table.instants(time)[0]
             times = times * float(parse_unit(unit).factor) + zero_of(unit) if unit else times
+            if times.size < 2 or has_clocks:
+                return
             frequency, remarks = sampling_of_times(times, MeasuredConfig(files=("…",)), table)
-            if any(issue.is_unusable for issue in remarks) and not has_clocks:
-                numbers = {n: own for n in channels if (own := _numbers(table, n)) is not None}
-                rates = [(n, update_rate(samples, times)) for n, samples in numbers.items()]
+            if any(issue.is_unusable for issue in remarks):
                 slow = [
-                    f"{shortened(self.names[n])} is updated at {rate:.3g} Hz" for n, rate in rates if rate
+                    f"{shortened(self.names[n])} is updated at {held:.3g} Hz"
+                    for n in channels
+                    if (own := _numbers(table, n)) is not None and (held := update_rate(own, times))
                 ]
                 steps = np.diff(times)
                 is_long = bool(steps.max() > _BRIDGED * np.median(steps))
@@ -234,17 +228,6 @@ def _numbers(table: FileColumns, position: int) -> Array | None:
 def _rises(values: Array | None) -> bool:
     known = np.empty(0) if values is None else values[np.isfinite(values)]
     return values is not None and values.size > 2 and bool(np.all(np.diff(known) > 0.0))
-
-
-def _flow(form: Mapping[str, Any]) -> str:
-    def text(value: Any) -> str:
-        if isinstance(value, Mapping):
-            return _flow(value)
-        if isinstance(value, list):
-            return f"[{', '.join(map(text, value))}]"
-        return str(value).lower() if isinstance(value, bool | int) else f"{value!r}"
-
-    return f"{{{', '.join(f'{key}: {text(value)}' for key, value in form.items())}}}"
 
 
 def proposed_description(file: Path, pattern: str, frequency: float | None = None) -> str:
@@ -308,24 +291,15 @@ def completed(
 def _completed(
     config: MeasuredConfig, table: FileColumns, file: Path, is_plain: bool
 ) -> tuple[MeasuredConfig, tuple[Issue, ...]]:
-    names = [split_title(title)[0] for title in table.titles]
-
-    def column(position: int) -> str:
-        """The name without the unit: other files may have the same column in another unit."""
-        if names.count(names[position]) == 1 and names[position]:
-            return names[position]
-        return (
-            table.titles[position] if table.titles.count(table.titles[position]) == 1 else str(position + 1)
-        )
-
+    titles = table.titles
     try:
         used = {channel: named.position for channel, named in columns_of(table, {}).items()}
-        channels = {channel: ChannelConfig(column=column(position)) for channel, position in used.items()}
+        channels = {name: ChannelConfig(column=column_name(titles, n)) for name, n in used.items()}
         time = config.time
         times = [] if time is None else [table.find(time.column)]
         if time is None and config.sampling_frequency is None:
             times = [_time_in(table, file)]
-            time = TimeConfig(column=column(times[0]))
+            time = TimeConfig(column=column_name(titles, times[0]))
     except DataError as error:
         what = str(error).removeprefix(f"{file}: ")
         advice = indent(proposed_description(file, file.name), "    ")
@@ -333,11 +307,9 @@ def _completed(
     if config.sampling_frequency is not None:
         times = [n for n in titles_of_time(table) if known_unit(table.unit(n))]
         if times and is_plain:
-            title = table.titles[times[0]]
-            raise DataError(f"{file}: has a column {title!r}; leave the sampling frequency out")
-    left = [title for n, title in enumerate(table.titles) if n not in (*used.values(), *times)]
-    shown = ", ".join(map(shortened, left[:MOST_SHOWN])) + ", …" * (len(left) > MOST_SHOWN)
-    unused = (Issue(f"columns not used: {shown}", kind="unused"),) if left else ()
+            raise DataError(f"{file}: has a column {titles[times[0]]!r}; leave the sampling frequency out")
+    left = [title for n, title in enumerate(titles) if n not in (*used.values(), *times)]
+    unused = (Issue(f"columns not used: {shown_titles(left)}", kind="unused"),) if left else ()
     return config.model_copy(update={"channels": channels, "time": time}), unused
 
 
@@ -350,8 +322,5 @@ def _time_in(table: FileColumns, file: Path) -> int:
         )
         raise DataError(f"{file}: {message}")
     if not (table.unit(time.position) or table.is_dated(time.position)):
-        values = table.numbers(time.position)
-        if counts_samples(values):
-            raise DataError(f"{file}: column {time.title!r} counts the samples and is not a time")
-        require_seconds(values, f"{file}: column {time.title[:60]!r}")
+        require_seconds(table.numbers(time.position), f"{file}: column {time.title[:60]!r}")
     return time.position

@@ -19,7 +19,6 @@ from hydrofdi.records.times import (
     FIRST_DATE,
     LAST_DATE,
     contradicting_times,
-    counts_samples,
     require_seconds,
     sampling_of_times,
     time_column,
@@ -51,47 +50,25 @@ def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -
 
 
 @dataclass(frozen=True)
-class Recording:
-    """Channels of one file, or of a part of it: a record that is not yet in a batch, whose attributes it has.
+class Record(RecordBatch):
+    """A batch of one record: a file, or a part of it.
 
-    `scaled_headers` are the units that the file states for channels with a gain, `units` those of its
-    numbers; `date` is the instant of its first sample since 1970 [s].
+    `headers` are the units that the file states for channels with a gain.
     """
 
-    channels: dict[Channel, Array]
-    sampling_frequency: float
-    start_time: float = 0.0
-    relative: frozenset[Channel] = frozenset()
-    normalized: frozenset[Channel] = frozenset()
-    remarks: tuple[Issue, ...] = ()
-    scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
-    units: Mapping[Channel, str] = field(default_factory=dict)
-    record_id: str = ""
-    source: str = ""
-    group: str = ""
-    label: str = ""
-    date: float = math.nan
+    headers: Mapping[Channel, str] = field(default_factory=dict)
 
-    def remarked(self, remarks: Iterable[Issue]) -> Recording:
-        """The recording with more remarks."""
-        return replace(self, remarks=(*self.remarks, *remarks))
-
-    def unit(self, channel: Channel) -> str:
-        """Unit of a channel: SI, or ``counts``."""
-        return "counts" if channel in self.relative else channel.unit
+    def remarked(self, remarks: Iterable[Issue]) -> Record:
+        """The record with more remarks."""
+        return replace(self, remarks=((*self.remarks[0], *remarks),))
 
     def shown(self, channel: Channel, value: float) -> str:
         """A value of a channel in the unit of the file."""
-        stated = "" if channel in self.relative else self.units.get(channel, "")
+        stated = "" if channel in self.relative else "".join(self.units.get(channel, ()))
         return shown_quantity(value, self.unit(channel), stated)
 
-    @property
-    def n_time(self) -> int:
-        """Number of samples."""
-        return next(iter(self.channels.values())).size
 
-
-def recording_of(table: FileColumns, config: MeasuredConfig) -> Recording:
+def recording_of(table: FileColumns, config: MeasuredConfig) -> Record:
     """The columns of a table, read according to a description."""
     columns, channels, times, since = samples_of(table, config)
     doubts: list[Issue] = []
@@ -116,19 +93,19 @@ def recording_of(table: FileColumns, config: MeasuredConfig) -> Recording:
         channels, frequency = _resampled(channels, times, wanted), wanted
     elif times is not None and any(doubt.kind == "gap" for doubt in doubts):
         channels = _on_grid(channels, times, frequency)
-    return Recording(
-        channels,
+    cycles = config.cycles
+    gained = {channel: column for channel, column in columns.items() if column.config.gain is not None}
+    return Record(
+        {channel: samples[np.newaxis] for channel, samples in channels.items()},
         frequency,
-        start,
-        frozenset(channel for channel, column in columns.items() if is_counts(column.unit)),
-        remarks=(*table.remarks, *doubts),
-        scaled_headers={
-            channel: table.unit(column.position)
-            for channel, column in columns.items()
-            if column.config.gain is not None
-        },
-        units={channel: gauge_unit(column.unit) for channel, column in columns.items()},
-        date=start if FIRST_DATE <= start <= LAST_DATE else since + start,
+        ("",),
+        start_time=start,
+        drive_period=config.drive_period or (None if cycles is None else cycles.period),
+        relative=frozenset(channel for channel, column in columns.items() if is_counts(column.unit)),
+        remarks=((*table.remarks, *doubts),),
+        units={channel: frozenset([gauge_unit(column.unit)]) for channel, column in columns.items()},
+        dates=(start if FIRST_DATE <= start <= LAST_DATE else since + start,),
+        headers={channel: table.unit(column.position) for channel, column in gained.items()},
     )
 
 
@@ -158,13 +135,7 @@ def samples_of(table: FileColumns, config: MeasuredConfig) -> Samples:
     if time is not None:
         times, since = table.instants(time.position)
         if not table.is_dated(time.position):
-            has_unit = time.config.unit or table.unit(time.position)
-            if not has_unit and counts_samples(times):
-                raise DataError(
-                    f"{table.place}: column {time.title!r} (time): counts the samples and is not a time; give"
-                    " the sampling frequency instead, such as 'sampling_frequency: 1 kHz'"
-                )
-            if not has_unit:
+            if not (time.config.unit or table.unit(time.position)):
                 require_seconds(times, f"{table.place}: column {time.title[:60]!r}")
             times = time.in_si(times)
     channels = {key: each.in_si(table.numbers(each.position)) for key, each in columns.items()}
@@ -262,17 +233,6 @@ def found_period(batch: RecordBatch, row: int = 0) -> float | None:
     return round(2.0 * float(steps.mean())) / (2.0 * batch.sampling_frequency) if is_repeated else None
 
 
-def edges(samples: Array, direction: Direction) -> list[int]:
-    """First sample beyond a band around the middle of the range, after each change of side."""
-    drive = _range(samples)
-    return drive_edges(samples, drive, direction)[0].tolist() if drive[1] > drive[0] else []
-
-
-def _range(samples: Array) -> tuple[float, float]:
-    finite = samples[np.isfinite(samples)]
-    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-
-
 _MARGIN = 0.02
 """Share of the stroke at each end that does not belong to the motion."""
 _NOISE = 6.0
@@ -309,7 +269,7 @@ def find_stroke(position: Array) -> Stroke | None:
     return Stroke(distance, int(np.argmax(progress > margin)), int(np.argmax(progress >= 1.0 - margin)))
 
 
-def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | None) -> tuple[Issue, ...]:
+def short_stroke(recording: Record, stroke: Stroke | None, shortest: float | None) -> tuple[Issue, ...]:
     """A remark if a stroke is too short."""
     distance = 0.0 if stroke is None else abs(stroke.distance)
     if shortest is None or distance >= BELOW * shortest:
@@ -320,31 +280,23 @@ def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | 
     )
 
 
-def part(recording: Recording, first: int, stop: int, start_time: float | None = None) -> Recording:
-    """The samples from `first` to before `stop`; time continues unless `start_time` is given."""
-    start = recording.start_time + first / recording.sampling_frequency if start_time is None else start_time
-    channels = {channel: samples[first:stop] for channel, samples in recording.channels.items()}
-    date = recording.date + first / recording.sampling_frequency
-    return replace(recording, channels=channels, start_time=start, date=date)
-
-
-def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
+def trimmed(recording: Record, trim: TrimConfig) -> Record:
     """The recording without its trimmed ends."""
     frequency, n_time = recording.sampling_frequency, recording.n_time
     first, stop = _samples(trim.start, frequency), n_time - _samples(trim.end, frequency)
     if stop - first < 2:
         raise RejectionError("short", f"lasts {n_time / frequency:g} s; nothing is left after trimming")
-    return recording if (first, stop) == (0, n_time) else part(recording, first, stop)
+    return recording if (first, stop) == (0, n_time) else recording.window(first, stop)
 
 
-def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording | RejectionError]:
+def cycles_of(recording: Record, cycles: CyclesConfig) -> Iterator[Record | RejectionError]:
     """The cycles of a file, each with its own time zero; a remark states the time outside of them."""
     spans = _spans(recording, cycles)
     if not spans:
         raise RejectionError("no_cycle", f"contains no complete cycle by {cycles.by}")
     left_out = _left_out(recording, spans)
     for number, (first, stop) in enumerate(spans):
-        cycle = part(recording, first, stop, start_time=0.0)
+        cycle = replace(recording.window(first, stop), start_time=0.0)
         cycle = cycle.remarked(left_out) if number == 0 else cycle
         try:
             yield of_length(cycle, cycles.length, "the cycle")
@@ -352,7 +304,7 @@ def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording 
             yield rejection
 
 
-def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConfig) -> Recording:
+def segment_of(recording: Record, stroke: Stroke | None, segment: SegmentConfig) -> Record:
     """The requested part of a stroke."""
     if stroke is None:
         raise RejectionError("no_motion", "the piston does not move")
@@ -364,34 +316,39 @@ def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConf
     }[segment.part]
     if first < 0 or stop - first < 2:
         raise RejectionError("short", f"contains no {segment.part} of the stroke")
-    return of_length(part(recording, first, stop, start_time=0.0), segment.length, f"the {segment.part}")
+    part = replace(recording.window(first, stop), start_time=0.0)
+    return of_length(part, segment.length, f"the {segment.part}")
 
 
-def of_length(recording: Recording, length: float | None, what: str) -> Recording:
+def of_length(recording: Record, length: float | None, what: str) -> Record:
     """The first part of a recording, of the requested length [s]."""
     frequency = recording.sampling_frequency
     n_time = recording.n_time if length is None else _samples(length, frequency)
     if not 2 <= n_time <= recording.n_time:
         lasts = recording.n_time / frequency
         raise RejectionError("short", f"{what} lasts {lasts:g} s; the description requires {length or 0:g} s")
-    return recording if n_time == recording.n_time else part(recording, 0, n_time, recording.start_time)
+    return recording if n_time == recording.n_time else recording.window(0, n_time)
 
 
 def _samples(duration: float, frequency: float) -> int:
     return round(min(duration * frequency, 1e15))
 
 
-def _spans(recording: Recording, cycles: CyclesConfig) -> list[tuple[int, int]]:
+def _spans(recording: Record, cycles: CyclesConfig) -> list[tuple[int, int]]:
     if cycles.by == "period":
         assert cycles.period is not None
         per_cycle = cycles.period * recording.sampling_frequency
         n_cycle = int((recording.n_time + 1e-6) / per_cycle) if per_cycle >= 2.0 else 0
         starts = [round(round(number * per_cycle, 6)) for number in range(n_cycle)]
         return [(start, start + int(per_cycle + 1e-6)) for start in starts]
-    return list(pairwise(edges(recording.channels[cycles.channel], cycles.edge)))
+    (samples,) = recording[cycles.channel]
+    if not (known := samples[np.isfinite(samples)]).size:
+        return []
+    drive = float(known.min()), float(known.max())
+    return list(pairwise(drive_edges(samples, drive, cycles.edge)[0].tolist()))
 
 
-def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue, ...]:
+def _left_out(recording: Record, spans: list[tuple[int, int]]) -> tuple[Issue, ...]:
     before, after = spans[0][0], recording.n_time - spans[-1][1]
     if not before + after:
         return ()
@@ -404,8 +361,8 @@ _HOLD = 5
 """The last fifth is the hold."""
 
 
-def reference_pressure(recording: Recording, kind: str) -> float:
-    """The pressure by which the others are divided, in the unit of its channel."""
+def normalized(record: Record, recording: Record, kind: str) -> Record:
+    """A part of a recording with divided pressures, which are then relative."""
     units = {recording.unit(channel) for channel in recording.channels if channel.is_pressure}
     if len(units) > 1:
         raise DataError(
@@ -413,30 +370,21 @@ def reference_pressure(recording: Recording, kind: str) -> float:
             " cannot be divided by one another"
         )
     if kind == "supply":
-        pressure = float(recording.channels[Channel.SUPPLY_PRESSURE].mean())
+        pressure = float(recording[Channel.SUPPLY_PRESSURE][0].mean())
     else:
         last = recording.n_time - recording.n_time // _HOLD
         chambers = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE)
-        pressure = max(float(recording.channels[chamber][last:].mean()) for chamber in chambers)
+        pressure = max(float(recording[chamber][0, last:].mean()) for chamber in chambers)
     if not pressure > 0.0:
         raise RejectionError(
             "no_reference", f"the {kind} pressure is {pressure:g}; pressures cannot be divided by it"
         )
-    return pressure
-
-
-def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
-    """A recording with divided pressures, which are then relative."""
-    pressures = frozenset(channel for channel in recording.channels if channel.is_pressure)
-    shown = recording.shown(Channel.CHAMBER_1_PRESSURE, pressure)
-    text = f"pressures are divided by the {kind} pressure, {shown}"
+    divided = {name: samples / pressure for name, samples in record.channels.items() if name.is_pressure}
+    shown = record.shown(Channel.CHAMBER_1_PRESSURE, pressure)
+    remark = Issue(f"pressures are divided by the {kind} pressure, {shown}", kind="normalized")
     return replace(
-        recording,
-        channels={
-            channel: samples / pressure if channel in pressures else samples
-            for channel, samples in recording.channels.items()
-        },
-        relative=recording.relative | pressures,
-        normalized=pressures,
-        remarks=(*recording.remarks, Issue(text, kind="normalized")),
+        record.remarked([remark]),
+        channels={**record.channels, **divided},
+        relative=record.relative | divided.keys(),
+        normalized=frozenset(divided),
     )

@@ -7,8 +7,9 @@ import math
 import os
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from itertools import chain
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -22,12 +23,11 @@ from hydrofdi.records.defects import defects, differences
 from hydrofdi.records.files import open_table
 from hydrofdi.records.proposals import completed, proposed_description
 from hydrofdi.records.recording import (
-    Recording,
+    Record,
     cycles_of,
     find_stroke,
     normalized,
     recording_of,
-    reference_pressure,
     segment_of,
     short_stroke,
     trimmed,
@@ -35,74 +35,33 @@ from hydrofdi.records.recording import (
 from hydrofdi.records.times import instant
 from hydrofdi.settings.files import Source, read_yaml, validated
 
-MOST_SAMPLES = 2**22
+_MOST_SAMPLES = 2**22
 """Most samples, over all channels, of a batch with more than one record: 32 MiB."""
 
 
-def batched(
-    records: Iterable[Recording | RejectedRecord],
-    drive_period: float | None,
-    labels: bool,
-    most_samples: int = MOST_SAMPLES,
-) -> Iterator[RecordBatch]:
-    """Batches of consecutive records that fit together; rejected records come with the next batch.
-
-    A batch of more than one record has at most `most_samples` over all channels.
-    """
-    waiting: list[Recording] = []
-    rejected: list[RejectedRecord] = []
-    for record in records:
-        if isinstance(record, RejectedRecord):
-            rejected.append(record if labels else replace(record, label=""))
-            continue
-        n_sample = (len(waiting) + 1) * record.n_time * len(record.channels)
-        if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > most_samples):
-            yield _batch(waiting, rejected, drive_period, labels)
-            waiting, rejected = [], []
-        waiting.append(record)
-    if waiting or rejected:
-        yield _batch(waiting, rejected, drive_period, labels)
-
-
-def _shape(record: Recording) -> Hashable:
+def _shape(record: Record) -> Hashable:
     return record.n_time, record.sampling_frequency, record.start_time, record.relative
 
 
-def _batch(
-    records: list[Recording], rejected: list[RejectedRecord], drive_period: float | None, labels: bool
-) -> RecordBatch:
+def _batch(records: list[Record], rejected: list[RejectedRecord], labels: bool) -> RecordBatch:
+    """Records that fit together."""
     if not records:
         return RecordBatch({}, 1.0, (), rejected=tuple(rejected), labels=() if labels else None)
-    first = records[0]
-    return RecordBatch(
-        channels={
-            channel: np.stack([record.channels[channel] for record in records])
-            if len(records) > 1
-            else first.channels[channel][np.newaxis]
-            for channel in first.channels
-        },
-        sampling_frequency=first.sampling_frequency,
-        start_time=first.start_time,
-        record_ids=tuple(record.record_id for record in records),
-        sources=tuple(record.source for record in records),
-        groups=tuple(record.group for record in records),
-        drive_period=drive_period,
-        relative=first.relative,
-        normalized=first.normalized,
-        remarks=tuple(record.remarks for record in records),
-        rejected=tuple(rejected),
-        units={channel: frozenset(record.units[channel] for record in records) for channel in first.units},
-        labels=tuple(record.label for record in records) if labels else None,
-        dates=tuple(record.date for record in records),
-    )
+    first, joined = records[0], dict[str, Any](labels=None, rejected=tuple(rejected))
+    for name in ("record_ids", "sources", "groups", "remarks", "dates", *["labels"] * labels):
+        joined[name] = tuple(chain.from_iterable(getattr(record, name) for record in records))
+    if len(records) > 1:
+        names = first.channels
+        joined["channels"] = {name: np.concatenate([each[name] for each in records]) for name in names}
+        joined["units"] = {name: frozenset().union(*(each.units[name] for each in records)) for name in names}
+    return replace(first, **joined)
 
 
 @dataclass(frozen=True)
 class MeasuredSource:
     """Records of measured files, read one file at a time; ids are relative to `folder`.
 
-    `remarks` are on every record; a batch of more than one record has at most `most_samples` over all
-    channels.
+    `remarks` are on every record.
     """
 
     name: str
@@ -110,13 +69,21 @@ class MeasuredSource:
     files: Sequence[Path] = ()
     folder: Path = Path()
     remarks: tuple[Issue, ...] = ()
-    most_samples: int = MOST_SAMPLES
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """All records in the natural order of their paths."""
-        cycles = self.config.cycles
-        period = self.config.drive_period or (None if cycles is None else cycles.period)
-        yield from batched(self._remarked(), period, labels, self.most_samples)
+        """All records in the natural order of their paths; rejected ones come with the next batch."""
+        waiting, rejected = list[Record](), list[RejectedRecord]()
+        for record in self._remarked():
+            if isinstance(record, RejectedRecord):
+                rejected.append(record if labels else replace(record, label=""))
+                continue
+            n_sample = (len(waiting) + 1) * record.n_time * len(record.channels)
+            if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > _MOST_SAMPLES):
+                yield _batch(waiting, rejected, labels)
+                waiting, rejected = [], []
+            waiting.append(record)
+        if waiting or rejected:
+            yield _batch(waiting, rejected, labels)
 
     @property
     def data_sheet(self) -> Mapping[str, Any]:
@@ -128,9 +95,9 @@ class MeasuredSource:
         """Whether the description says how records are labelled."""
         return bool(self.config.label)
 
-    def _remarked(self) -> Iterator[Recording | RejectedRecord]:
+    def _remarked(self) -> Iterator[Record | RejectedRecord]:
         """The records, with remarks on differences from the first."""
-        first: Recording | None = None
+        first: Record | None = None
         for record in self._records():
             if isinstance(record, RejectedRecord):
                 yield record
@@ -138,61 +105,59 @@ class MeasuredSource:
             first = first or replace(record, channels={})
             yield record.remarked((*self.remarks, *differences(record, first)))
 
-    def _records(self) -> Iterator[Recording | RejectedRecord]:
+    def _records(self) -> Iterator[Record | RejectedRecord]:
         """The records of all files, or a rejection with the reason."""
         for path in self.files:
-            with np.errstate(all="ignore"):
-                records = [*self._of_file(path)]
-            yield from records
+            source = Path(os.path.relpath(path, self.folder)).as_posix()
+            yield from self._of_table(source, open_table(path, str(path), self.config.format))
 
-    def _of_file(self, path: Path) -> Iterator[Recording | RejectedRecord]:
-        source, config = Path(os.path.relpath(path, self.folder)).as_posix(), self.config
-        names = description.names_of_path(source, self._pattern)
+    @np.errstate(all="ignore")
+    def _of_table(
+        self, source: str, opened: AbstractContextManager[FileColumns]
+    ) -> list[Record | RejectedRecord]:
+        config = self.config
+        names = description.names_of_path(source, description.path_pattern(config.path))
         try:
             if names is None:
                 raise RejectionError("path", f"the path does not match {config.path!r}")
-            with open_table(path, str(path), config.format) as table:
+            with opened as table:
                 recording = recording_of(table, config)
             if config.date:
-                recording = replace(recording, date=_date(description.filled(config.date, names)))
+                recording = replace(recording, dates=(_date(description.filled(config.date, names)),))
             recording = trimmed(recording, config.trim)
             cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
         except RejectionError as rejection:
-            yield RejectedRecord(source, source, "", rejection.remark)
-            return
+            return [RejectedRecord(source, source, "", rejection.remark)]
+        records = list[Record | RejectedRecord]()
         for number, cycle in enumerate(cycles, 1):
             record_id = source if config.cycles is None else f"{source}#{number}"
             if isinstance(cycle, RejectionError):
-                yield RejectedRecord(record_id, source, "", cycle.remark)
+                records.append(RejectedRecord(record_id, source, "", cycle.remark))
             else:
-                yield self._formed(replace(cycle, record_id=record_id, source=source), names)
+                records.append(
+                    self._formed(replace(cycle, record_ids=(record_id,), sources=(source,)), names)
+                )
+        return records
 
-    def _formed(self, cycle: Recording, names: Mapping[str, str]) -> Recording | RejectedRecord:
+    def _formed(self, cycle: Record, names: Mapping[str, str]) -> Record | RejectedRecord:
         """The requested part of a cycle, with its group, label and findings."""
         config, position = self.config, cycle.channels.get(Channel.PISTON_POSITION)
-        stroke = None if position is None else find_stroke(position)
+        stroke = None if position is None else find_stroke(position[0])
         known = {**names, "direction": stroke.direction if stroke else "0"}
         group, label = (description.filled(template, known) for template in (config.group, config.label))
         try:
             record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
             remarks = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
-            own = config.actuator.ranges.items()
-            ranges = {name: limits for name, limits in own if name not in record.relative} | self._ranges
+            own = ((name, column.plausible_range(name.unit)) for name, column in config.channels.items())
+            sheet = config.actuator.ranges.items()
+            ranges = {name: limits for name, limits in sheet if name not in record.relative}
+            ranges |= {name: limits for name, limits in own if limits is not None}
             record = record.remarked((*remarks, *defects(record, config.limits, ranges)))
             if config.normalize != "none":
-                record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
+                record = normalized(record, cycle, config.normalize)
         except RejectionError as rejection:
-            return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
-        return replace(record, group=group, label=label)
-
-    @cached_property
-    def _pattern(self) -> re.Pattern[str]:
-        return description.path_pattern(self.config.path)
-
-    @cached_property
-    def _ranges(self) -> dict[Channel, tuple[float, float]]:
-        pairs = ((name, column.plausible_range(name.unit)) for name, column in self.config.channels.items())
-        return {channel: limits for channel, limits in pairs if limits is not None}
+            return RejectedRecord(cycle.record_ids[0], cycle.sources[0], group, rejection.remark, label)
+        return replace(record, groups=(group,), labels=(label,))
 
 
 def _date(text: str) -> float:
@@ -203,7 +168,7 @@ def _date(text: str) -> float:
         raise RejectionError("date", str(error)) from None
 
 
-def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> MeasuredSource:
+def measured_source(path: Path | str) -> MeasuredSource:
     """The records of the files that a YAML file describes; its patterns are relative to its folder."""
     file = Path(path)
     source = read_yaml(file, "a description of measured files")
@@ -219,7 +184,7 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
         config, unused = completed(config, files)
         if config.channels:
             _require_consistent(config, source)
-    return MeasuredSource(str(path), config, files, file.parent, unused, most_samples)
+    return MeasuredSource(str(path), config, files, file.parent, unused)
 
 
 def _files(config: description.MeasuredConfig, source: Source, folder: Path) -> set[Path]:
@@ -244,8 +209,8 @@ class MemoryTable(FileColumns):
     """Columns of one or more records in memory, each of shape (n_time,) or (n_record, n_time).
 
     A unit is empty if it is not stated, and None if there is no place to state it. `time` is the position of
-    the column of time; dates count from the first of them: position → that date since 1970 [s]. Names, groups
-    and labels of the records are empty if there are none.
+    the column of time; dates count from the first of them: position → that date since 1970 [s]. The record
+    `at` is read. Names, groups and labels of the records are empty if there are none.
     """
 
     place: str
@@ -254,6 +219,7 @@ class MemoryTable(FileColumns):
     columns: Sequence[Array]
     dates: Mapping[int, float] = field(default_factory=dict)
     time: int | None = None
+    at: int = 0
     record_ids: Sequence[str] = ()
     groups: Sequence[str] = ()
     labels: Sequence[str] = ()
@@ -267,27 +233,13 @@ class MemoryTable(FileColumns):
         return position in self.dates
 
     def numbers(self, position: int) -> Array:
-        """Values of a column, shape (n_time,)."""
-        return self.columns[position]
+        """Values of a column of the record `at`, shape (n_time,)."""
+        column = self.columns[position]
+        return column if column.ndim == 1 else column[self.at]
 
     def instants(self, position: int) -> tuple[Array, float]:
         """Values of a time column, and the first date."""
-        return self.columns[position], self.dates.get(position, math.nan)
-
-    def part(self, positions: Sequence[int], time: int | None) -> MemoryTable:
-        """Some of the columns, of which one may be the time."""
-        return replace(
-            self,
-            titles=[self.titles[n] for n in positions],
-            units=[self.units[n] for n in positions],
-            columns=[self.columns[n] for n in positions],
-            dates={index: self.dates[n] for index, n in enumerate(positions) if n in self.dates},
-            time=None if time is None else positions.index(time),
-        )
-
-    def row(self, row: int) -> MemoryTable:
-        """One of the records."""
-        return replace(self, columns=[column if column.ndim == 1 else column[row] for column in self.columns])
+        return self.numbers(position), self.dates.get(position, math.nan)
 
 
 @dataclass(frozen=True)
@@ -301,21 +253,15 @@ class HeldSource(MeasuredSource):
         """Whether any record has a label."""
         return any(self.table.labels)
 
-    def _records(self) -> Iterator[Recording | RejectedRecord]:
+    def _records(self) -> Iterator[Record | RejectedRecord]:
         table = self.table
         named = zip(table.record_ids, table.groups, table.labels, strict=True)
         for row, (record_id, group, label) in enumerate(named):
-            with np.errstate(all="ignore"):
-                record = self._of_row(row, record_id)
-            yield replace(record, group=group, label=label)
-
-    def _of_row(self, row: int, record_id: str) -> Recording | RejectedRecord:
-        place = self.table.place
-        try:
-            record = recording_of(self.table.row(row), self.config)
-        except RejectionError as rejection:
-            return RejectedRecord(record_id, place, "", rejection.remark)
-        return self._formed(replace(record, record_id=record_id, source=place), {})
+            (record,) = self._of_table(table.place, nullcontext(replace(table, at=row)))
+            if isinstance(record, RejectedRecord):
+                yield replace(record, record_id=record_id, group=group, label=label)
+            else:
+                yield replace(record, record_ids=(record_id,), groups=(group,), labels=(label,))
 
 
 def held_source(table: MemoryTable, described: Mapping[str, Any]) -> HeldSource:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import gzip
 import math
 import re
@@ -10,13 +9,11 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
-from io import IncrementalNewlineDecoder
+from io import TextIOWrapper
 from itertools import chain, dropwhile, islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError
 from hydrofdi.records import Array
@@ -39,32 +36,28 @@ _SOME = 1000
 
 def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
     """Lines of a file, block by block; the last line is empty if the one before has a line end."""
-    is_packed = path.suffix.lower() == ".gz"
+    is_packed, rest, text = path.suffix.lower() == ".gz", "", "\n"
     is_utf_8 = encoding.lower() in ("utf-8", "utf8")
-    decoder = IncrementalNewlineDecoder(
-        codecs.getincrementaldecoder("utf-8-sig" if is_utf_8 else encoding)(), translate=True
-    )
-    rest, n_byte = "", 0
     reader = gzip.open if is_packed else open
     with damage_named("gzip" if is_packed else "a file"), reader(path, "rb") as file:
-        for data in chain(iter(partial(file.read, _BLOCK), b""), [b""]):
-            n_byte += len(data)
-            if not n_byte:
-                raise RejectionError("empty", "is empty")
-            if n_byte > MOST_BYTES:
-                raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
-            if is_utf_8 and n_byte == len(data):
-                require_text(place, data)
+        if not (head := file.peek(8)):
+            raise RejectionError("empty", "is empty")
+        if is_utf_8:
+            require_text(place, head)
+        reading = TextIOWrapper(file, "utf-8-sig" if is_utf_8 else encoding)
+        while text:
             try:
-                text = decoder.decode(data, final=not data)
+                text = reading.read(_BLOCK)
             except UnicodeError:
                 raise wrong_encoding(place, encoding) from None
+            if file.tell() > MOST_BYTES:
+                raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
             if "\0" in text:
                 raise DataError(f"{place}: is not text in {encoding}; is it a binary file, or in utf-16?")
             *lines, rest = (rest + text).split("\n")
             if len(rest) > _LONGEST_LINE:
                 raise DataError(f"{place}: has a line of more than {_LONGEST_LINE:,} characters")
-            yield lines if data else [*lines, rest]
+            yield lines if text else [*lines, rest]
 
 
 class TextTable(FileColumns):
@@ -113,7 +106,9 @@ class TextTable(FileColumns):
 
     def clocks(self, time: int | None = None) -> Mapping[int, int]:
         """Columns to the right of one of several columns of time with one name belong to it."""
-        named = titles_of_time(self)
+        titles = self.titles
+        same = [n for n, title in enumerate(titles) if time is not None and title == titles[time]]
+        named = titles_of_time(self) if time is None else same
         if len(named) < 2 or len({self.titles[n] for n in named}) > 1:
             return {}
         steps = {n: self._first_step(n) for n in named}
@@ -174,11 +169,7 @@ class TextTable(FileColumns):
     @property
     def has_numbers(self) -> bool:
         """Whether the last rows that were looked at have a number or a date."""
-        cells = [cell for row in self.example[-2:] for cell in row if cell.strip()]
-        return any(
-            self._rows.is_number(cell) or is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
-            for cell in cells
-        )
+        return any(self._is_value(cell) for row in self.example[-2:] for cell in row if cell.strip())
 
     def unit(self, position: int) -> str:
         """Unit in the row of units, or in the header."""
@@ -317,61 +308,45 @@ class LongTable(FileColumns):
     """
 
     def __init__(self, text: TextTable, form: LongConfig) -> None:
-        self.place, self._text = text.place, text
-        self._name, self._value = text.find(form.name), text.find(form.value)
-        names = np.array(text.texts(self._name))
-        distinct, counts = np.unique(names, return_counts=True)
-        ordered = [str(name) for name in distinct[np.argsort(-counts, kind="stable")]]
-        self._read: dict[int, Array] = {}
-        self._times: dict[int, tuple[Array, float]] = {}
-        self._rows = [np.flatnonzero(names == name) for name in ordered]
-        self._beside = [n for n in range(len(text.titles)) if n not in (self._name, self._value)]
-        titles = text.titles
-        if _WINCC[0] in titles:
-            titles = [_WINCC[2] if title == _WINCC[1] else title for title in titles]
-        beside = [titles[n] for n in self._beside]
-        later = [f"{title} of {name}" for name in ordered[1:] for title in beside]
-        self.titles = [*map(last_part, ordered), *beside, *later]
-        self._n_name = len(ordered)
-        self.remarks = text.remarks
+        self.place, self._text, self._read = text.place, text, dict[int, tuple[Array, float]]()
+        name, value = text.find(form.name), text.find(form.value)
+        names = np.array(text.texts(name))
+        counts = Counter(names.tolist())
+        ordered = sorted(counts, key=lambda each: (-counts[each], each))
+        rows = [np.flatnonzero(names == each) for each in ordered]
+        beside = [n for n in range(len(text.titles)) if n not in (name, value)]
+        self._n_name, self._n_beside, self._n_row = len(ordered), len(beside), names.size
+        self._places = [(value, own) for own in rows] + [(column, own) for own in rows for column in beside]
+        is_wincc = _WINCC[0] in text.titles
+        titles = [_WINCC[2] if is_wincc and text.titles[n] == _WINCC[1] else text.titles[n] for n in beside]
+        later = [f"{title} of {each}" for each in ordered[1:] for title in titles]
+        self.titles = [*map(last_part, ordered), *titles, *later]
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
-        return position >= self._n_name and self._text.is_dated(self._origin(position)[0])
+        return position >= self._n_name and self._text.is_dated(self._places[position][0])
 
     def clocks(self, time: int | None = None) -> dict[int, int]:
         """Position of each name → its column like the column `time` of the most frequent name."""
-        if time is None:
-            return {}
-        offset = time - self._n_name
-        return {n: self._n_name + n * len(self._beside) + offset for n in range(self._n_name)}
+        return {} if time is None else {n: time + n * self._n_beside for n in range(self._n_name)}
 
     def numbers(self, position: int) -> Array:
         """Values of a name, or of a column beside it."""
-        origin, rows = self._origin(position)
-        if origin not in self._read:
-            self._read[origin] = self._text.numbers(origin)
-        if self._read[origin].size != sum(map(len, self._rows)):
-            raise DataError(f"{self.place}: rows are cut off")
-        return self._read[origin][rows]
+        return self.instants(position)[0]
 
     def instants(self, position: int) -> tuple[Array, float]:
-        """Instants of a name, and the first date of the file."""
-        origin, rows = self._origin(position)
-        if origin not in self._times:
-            self._times[origin] = self._text.instants(origin)
-        times, since = self._times[origin]
-        return times[rows], since
+        """The same, and the first date of the file."""
+        column, rows = self._places[position]
+        if column not in self._read:
+            self._read[column] = self._text.instants(column)
+        values, since = self._read[column]
+        if values.size != self._n_row:
+            raise DataError(f"{self.place}: rows are cut off")
+        return values[rows], since
 
     def date_by(self, position: int, form: str, date: int | None) -> None:
         """Read dates in a stated format."""
-        self._text.date_by(self._origin(position)[0], form, None if date is None else self._origin(date)[0])
-
-    def _origin(self, position: int) -> tuple[int, NDArray[np.intp]]:
-        if position < self._n_name:
-            return self._value, self._rows[position]
-        number, column = divmod(position - self._n_name, len(self._beside))
-        return self._beside[column], self._rows[number]
+        self._text.date_by(self._places[position][0], form, None if date is None else self._places[date][0])
 
 
 def last_part(name: str) -> str:

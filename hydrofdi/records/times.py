@@ -6,10 +6,11 @@ import math
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime, tzinfo
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from zoneinfo import ZoneInfo, available_timezones
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import Array, columns
@@ -108,6 +109,30 @@ def since_first(first: Instant | None, times: Array) -> tuple[Array, float]:
     return times, math.nan if first is None else first.nanoseconds / _BILLION
 
 
+def are_times(values: NDArray[Any]) -> bool:
+    """Whether an array contains dates, texts of dates, or durations."""
+    is_text = values.dtype.kind in "OU" and values.size
+    return values.dtype.kind in "mM" or bool(is_text and is_dated(str(values.flat[0])))
+
+
+def instants_of(values: NDArray[Any]) -> tuple[Array, float]:
+    """Durations [s], or the time since the first of dates [s], and this one since 1970 [s], else NaN."""
+    second = np.timedelta64(1, "s")
+    if values.dtype.kind == "m":
+        return values / second, math.nan
+    if values.dtype.kind != "M":
+        dates = [instant(str(value)) for value in values.tolist()]
+        return since_first(dates[0], seconds_since(dates[0], dates))
+    known = values[~np.isnat(values)]
+    if not known.size:
+        return np.full(values.shape, np.nan), math.nan
+    return (values - known[0]) / second, float((known[0] - np.datetime64(0, "s")) / second)
+
+
+_COUNTER = (
+    "counts the samples and is not a time; give the sampling frequency instead, such as"
+    " 'sampling_frequency: 1 kHz'"
+)
 _SECOND = parse_unit("s")
 _TIMES = ("time", "t", "timestamps")
 """Names of time columns, the preferred one first."""
@@ -121,7 +146,7 @@ def time_column(table: columns.Titled, configured: TimeConfig | None) -> columns
     Dates need no unit, and ``time`` is in seconds if none is stated.
     """
     if configured is not None:
-        positions = [columns.find_column(table.titles, configured.column, table.place)]
+        positions = [table.find(configured.column)]
     elif clocks := table.clocks():
         positions = [next(iter(clocks.values()))]
     elif len(positions := named_time(table)) > 1:
@@ -137,8 +162,7 @@ def time_column(table: columns.Titled, configured: TimeConfig | None) -> columns
         return columns.ReadColumn(position, title, config, "", None)
     column = columns.column_at(table, position, config, "s", header)
     if is_counts(column.unit):
-        message = "counts the samples and is not a time; give the sampling frequency instead"
-        raise DataError(f"{table.place}: column {title[:60]!r}: {message}")
+        raise DataError(f"{table.place}: column {title[:60]!r}: {_COUNTER}")
     return column
 
 
@@ -202,7 +226,9 @@ def likely_unit(values: Array) -> str:
 
 
 def require_seconds(values: Array, where: str) -> None:
-    """Refuse a time without a unit that is no time in seconds."""
+    """Refuse a time without a unit that counts samples, or is no time in seconds."""
+    if counts_samples(values):
+        raise DataError(f"{where}: {_COUNTER}")
     if (unit := likely_unit(values)) != "s":
         rate = 1.0 / float(np.median(np.diff(values)))
         hint = f"is it in {unit} ({rate / float(parse_unit(unit).factor):.4g} Hz)? " if unit else ""
@@ -273,15 +299,11 @@ def sampling_of_times(
 
 def _remedy(steps: Array, rounded: tuple[float, float] | None) -> str:
     """What to do about instants that do not increase."""
-    typical, n_back = float(np.median(steps)), int(np.count_nonzero(steps < 0.0))
+    typical = float(np.median(steps))
     if rounded:
         return f"stamps are rounded to {rounded[1]:.2g} s: state 'sampling_frequency: {rounded[0]:g} Hz'"
-    if n_back > steps.size / 2:
-        return "sort the rows by time"
-    if not n_back:
-        return (
-            "stamps are coarser than the samples, or rows repeat: state 'sampling_frequency', or remove rows"
-        )
+    if not np.any(steps < 0.0):
+        return "stamps are coarser than the samples, or repeat: state 'sampling_frequency', or remove rows"
     if typical > 0.0 and np.all(np.abs(steps[steps > 0.0] / typical - 1.0) < _JOINED):
         rate = float(f"{1.0 / typical:.4g}")
         return f"if a counter or a clock began anew there, state 'sampling_frequency: {rate:g} Hz'"

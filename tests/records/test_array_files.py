@@ -2,7 +2,6 @@
 
 import gzip
 import re
-import sys
 
 import h5py
 import numpy as np
@@ -118,13 +117,6 @@ def test_whole_numbers_do_not_overflow(tmp_path):
     np.testing.assert_array_equal(one(tmp_path, turned)[P1], [[128e5, -127e5, -100e5]])
 
 
-def test_parquet_without_its_extra_says_what_to_install(tmp_path, monkeypatch):
-    (tmp_path / "run.parquet").write_bytes(b"PAR1")
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    with pytest.raises(DataError, match="needs the extra 'parquet'"):
-        one(tmp_path, description("run.parquet"))
-
-
 @pytest.mark.parametrize("place", ["external storage", "a linked file", "virtual sources"])
 @pytest.mark.parametrize("suffix", ["h5", "mat"])
 def test_values_in_other_files_are_never_read(tmp_path, place, suffix):
@@ -195,13 +187,11 @@ def test_columns_that_nobody_recognises_are_named_and_a_file_with_other_columns_
     (folder / "run 10.csv").write_text(_text(1, "pressure_sensor [bar]"))
     with pytest.raises(DataError, match=r"run 10.csv: has no column 'P1'"):
         list(open_records(folder)[0].batches())
-
-
-def test_a_folder_says_its_sampling_frequency_or_is_told_it(tmp_path):
-    (tmp_path / "run.csv").write_text(csv_of(("P1 [bar]", 80 + NOISE[0])))
-    with pytest.raises(DataError, match=r"run.csv"):
-        open_records(tmp_path)
-    assert read(open_records(tmp_path, said=Described(50.0))[0]).sampling_frequency == 50.0
+    (folder / "run 2.csv").write_text(csv_of(("pressure_sensor [bar]", 1 + NOISE[0]), ("P1 [bar]", NOISE[0])))
+    with pytest.raises(DataError, match=r"run 2.csv: no sampling frequency"):
+        open_records(folder)
+    (folder / "run 10.csv").unlink()
+    assert read(open_records(folder, said=Described(50.0))[0]).sampling_frequency == 50.0
 
 
 @pytest.mark.parametrize(("channels", "message"), [
@@ -222,10 +212,9 @@ def test_the_schema_of_descriptions_takes_what_is_read():
     assert {*hydrofdi.schema("measured")["$defs"]["Channel"]["enum"]} == names
 
 
-@pytest.mark.parametrize("line", ["P1 [bar" * 100_000, ",".join(["a" * 2000] * 500)])
-def test_a_huge_first_line_is_refused_in_a_short_sentence(tmp_path, line):
+def test_a_huge_first_line_is_refused_in_a_short_sentence(tmp_path):
     with pytest.raises(DataError) as refused:
-        plain(tmp_path, f"{line}\n1,2,3\n")
+        plain(tmp_path, f"{','.join(['a' * 2000] * 500)}\n1,2,3\n")
     assert len(str(refused.value)) < 3000
 
 
@@ -273,6 +262,7 @@ def test_a_clock_of_a_dataset_or_an_archive_gives_rate_and_date(tmp_path, times,
         with h5py.File(file := tmp_path / "run.h5", "w") as target:
             target["time"], target["P1"] = times, pressure
             target["time"].attrs.update(attributes)
+            target["matrix"] = np.ones((60, 3))
             target["P1"].attrs["units"] = "bar"
     batch = read(plain_source(file))
     assert batch.sampling_frequency == pytest.approx(500.0)

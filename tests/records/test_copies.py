@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.records import RecordBatch
 from hydrofdi.records.copies import Copies, sketch_of
 from tests.records.measuring import P1, P2, POSITION, VOLTAGE
 
@@ -72,8 +72,3 @@ def test_one_channel_that_differs_makes_another_record():
     assert copies.find(sketch(one)) is None
     assert copies.find(sketch({**one, P2: other[P2]})) is None
     assert copies.known(sketch({**one, VOLTAGE: other[VOLTAGE] + 1.0})) == 0
-
-
-def test_channels_of_simulated_records_are_compared_as_a_whole():
-    batch = RecordBatch({Channel.CHAMBER_1_PRESSURE: machine(1)[P1][None]}, RATE, ("a",))
-    assert sketch_of(batch, 0, is_near=False).channels == {}

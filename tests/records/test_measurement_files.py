@@ -1,5 +1,6 @@
 """MDF4, TDMS, compound HDF5 and dSPACE structures: channels at their own rates, in the units of the file."""
 
+import sys
 from datetime import UTC, datetime, timedelta
 
 import h5py
@@ -90,11 +91,12 @@ def test_slow_channels_are_interpolated_at_the_instants_of_the_fast_ones(tmp_pat
     np.testing.assert_allclose(batch[POSITION][0], expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("name", WRITERS)
-def test_without_the_extra_it_says_what_to_install(tmp_path, monkeypatch, name):
+@pytest.mark.parametrize(("name", "extra"), [("run.tdms", "measurement"), ("run.parquet", "parquet")])
+def test_without_the_extra_it_says_what_to_install(tmp_path, monkeypatch, name, extra):
     monkeypatch.setattr(opening, "find_spec", lambda _: None)
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     (tmp_path / name).write_bytes(b"x")
-    with pytest.raises(DataError, match=r"hydrofdi\[measurement\]"):
+    with pytest.raises(DataError, match=rf"hydrofdi\[{extra}\]"):
         plain_source(tmp_path / name)
 
 

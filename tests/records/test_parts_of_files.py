@@ -8,6 +8,7 @@ import pytest
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import output_unit
+from hydrofdi.records import source as sources
 from hydrofdi.records.description import path_pattern
 from hydrofdi.records.source import measured_source
 from tests.records.measuring import (
@@ -217,9 +218,10 @@ def test_pressures_that_are_divided_by_the_supply_have_no_unit(tmp_path):
     assert batch.rejected[0].remark.kind == "no_reference"
 
 
-def test_a_source_of_many_files_has_batches_of_so_many_samples(tmp_path):
+def test_a_source_of_many_files_has_batches_of_so_many_samples(tmp_path, monkeypatch):
+    monkeypatch.setattr(sources, "_MOST_SAMPLES", 200_000)
     np.savez(tmp_path / "run.npz", P1=np.arange(20_000.0), P2=np.arange(20_000.0))
-    source = measured_source(described(tmp_path, BOTH.replace("*.csv", "run.npz")), most_samples=200_000)
+    source = measured_source(described(tmp_path, BOTH.replace("*.csv", "run.npz")))
     many = replace(source, files=[*source.files] * 20)
     assert [batch.n_record for batch in many.batches()] == [5] * 4
 

@@ -243,9 +243,8 @@ class Results:
         """
         from hydrofdi.report.figures import draw_figure
 
-        name = self.composed.usual_figure if figure is None else str(figure)
         with shown_in(self.data.experiment.units):
-            return draw_figure(self.composed, name)
+            return draw_figure(self.composed, figure)
 
     @cached_property
     def composed(self) -> ComposedReport:

@@ -6,42 +6,17 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.values import shown_values
+from hydrofdi.report import indicators as measured
+from hydrofdi.report import responses as responding
 from hydrofdi.report import runs
-from hydrofdi.report.document import (
-    Block,
-    Document,
-    FigureKind,
-    answers,
-    document_of,
-    doubts_blocks,
-    holes_block,
-    provenance_block,
-    remarks_block,
-)
-from hydrofdi.report.indicators import (
-    MeasuredIndicator,
-    indicator_record,
-    indicators_block,
-    measured_indicators,
-    output_columns,
-)
-from hydrofdi.report.responses import (
-    MOST_VALUES,
-    QUANTILES,
-    ResponseStudy,
-    responses_block,
-    responses_record,
-    strongest_table,
-    study_responses,
-)
-from hydrofdi.report.views import Plane, View, asked_views, matrix_block, plane_of
+from hydrofdi.report.document import Block, ComposedReport, FigureKind
+from hydrofdi.report.views import Plane, View, external_view, healthy_view, matrix_block, plane_of
 from hydrofdi.settings.messages import convert, counted
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
@@ -58,22 +33,12 @@ _DELTAS = {
 
 
 @dataclass(frozen=True)
-class Report:
+class Report(ComposedReport):
     """The report of an experiment, in parts that forms are made from; a paper's study adds its own."""
 
     data: ExperimentData
 
-    lead: ClassVar[str] = "Indicators of the runs, and how they change over the varied parameters."
-
-    @property
-    def name(self) -> str:
-        """The experiment; its files are named after it."""
-        return self.data.experiment.name
-
-    @property
-    def path(self) -> Path:
-        """The experiment file."""
-        return self.data.path
+    lead = "Indicators of the runs, and how they change over the varied parameters."
 
     @cached_property
     def table(self) -> runs.ReportedRuns:
@@ -81,24 +46,19 @@ class Report:
         return runs.run_table(self.data)
 
     @cached_property
-    def indicators(self) -> tuple[MeasuredIndicator, ...]:
+    def indicators(self) -> tuple[measured.MeasuredIndicator, ...]:
         """Indicators beside the details of P_1, if the experiment measures any."""
-        return measured_indicators(self.data)
+        return measured.measured_indicators(self.data)
 
     @cached_property
-    def responses(self) -> ResponseStudy:
+    def responses(self) -> responding.ResponseStudy:
         """What each feature does over each parameter that varies."""
-        return study_responses(self.data, self.indicators)
+        return responding.study_responses(self.data, self.indicators)
 
     @cached_property
     def plane(self) -> Plane | None:
         """The runs over the two parameters that matter most, if they are a grid of them."""
         return plane_of(self.data, self.responses)
-
-    @property
-    def has_results(self) -> bool:
-        """Whether any run has results."""
-        return bool(self.table.is_ok.any())
 
     @property
     def has_baseline(self) -> bool:
@@ -109,11 +69,9 @@ class Report:
     def baselines(self) -> tuple[str, ...]:
         """``fixed`` and ``matched``, without a baseline for which δ is zero or the same as for the other."""
         own, fixed, matched = np.arange(self.data.n_run), self.data.fixed_baseline, self.data.matched_baseline
-        tells = {
-            "fixed": (fixed != own) & (fixed != names.NO_BASELINE),
-            "matched": (matched != own) & (matched != fixed),
-        }
-        return tuple(name for name, is_other in tells.items() if is_other.any())
+        others = {"fixed": names.NO_BASELINE, "matched": fixed}
+        pairs = zip(others.items(), (fixed, matched), strict=True)
+        return tuple(name for (name, other), rows in pairs if ((rows != own) & (rows != other)).any())
 
     @property
     def no_changes(self) -> str:
@@ -132,65 +90,37 @@ class Report:
     @cached_property
     def views(self) -> tuple[View, ...]:
         """Sections, and data for JSON, of what the experiment asks for beyond indicators."""
-        wanted = self.data.has_details and self.has_results
-        return tuple(asked_views(self.table)) if wanted else ()
-
-    @property
-    def usual_figure(self) -> str:
-        """The figure that is drawn by default."""
-        return "sensitivity" if self.plane else "responses"
-
-    def document(self) -> Document:
-        """The sections of the report; of an experiment without results what is missing, and the remedy."""
-        data = self.data
-        if self.has_results:
-            return document_of(self.name, self.lead, self.blocks())
-        blocks = (remarks_block(data), holes_block(data), *answers(self.varied_block()))
-        return document_of(self.name, self.lead, (*blocks, provenance_block(data)))
+        if not (self.data.has_details and self.has_results):
+            return ()
+        return tuple(view for view in (external_view(self.table), healthy_view(self.table)) if view)
 
     def blocks(self) -> Iterable[Block | None]:
-        """The sections where runs have results."""
-        title = "Change of the details over the varied parameters"
-        own = (self.changes_block(title, "changes"),) if self.data.has_details else ()
+        """Its own sections."""
+        changes = None
+        if self.data.has_details:
+            changes = self.changes_block("Change of the details over the varied parameters", "changes")
+            changes = replace(changes, is_answer=not self.responses.axes)
         return (
-            remarks_block(self.data),
             self.varied_block(),
-            holes_block(self.data),
-            *doubts_blocks(self.data),
             matrix_block(self.plane) if self.plane else None,
             *(block for block, _ in self.views),
-            responses_block(self.responses),
-            *(own if self.responses.axes else answers(*own)),
-            indicators_block(self.indicators),
+            responding.responses_block(self.responses),
+            changes,
+            measured.indicators_block(self.indicators),
             self.summary_block(),
-            provenance_block(self.data),
         )
 
     def varied_block(self) -> Block:
-        """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
+        """Parameters with their values, or ranges of them; runs; and the baseline in words."""
         axes = self.responses.axes
-        ends = [
-            [group.text for group in axis.groups]
-            if axis.drawn is None
-            else map(axis.text, np.nanquantile(axis.drawn, QUANTILES))
-            for axis in axes
-        ]
         sizes = [sorted(int(group.rows.sum()) for group in axis.groups) for axis in axes]
-        counts = ["–".join(f"{n:,}" for n in dict.fromkeys((each[0], each[-1]))) for each in sizes]
-        shares = ", ".join(f"{100 * share:g}" for share in QUANTILES)
-        note = f"Of more than {MOST_VALUES} values: the {shares} % quantiles, and the runs of each fifth."
-        table = Table(
-            (
-                Column("Parameter", [axis.header for axis in axes], is_text=True),
-                Column("Values", [", ".join(texts) for texts in ends], is_text=True),
-                Column("Runs of each", counts),
-            ),
-            "Parameters by value",
-            "varied-values",
-            (note,) if any(axis.drawn is not None for axis in axes) else (),
+        columns = (
+            Column("Parameter", [axis.header for axis in axes], is_text=True),
+            Column("Values", [", ".join(each.text for each in axis.groups) for axis in axes], is_text=True),
+            Column("Runs of each", [runs.span_text(f"{each[0]:,}", f"{each[-1]:,}") for each in sizes]),
         )
-        said = [self.no_changes] if self.no_changes else []
-        said += [f"{name.capitalize()} baseline: {self._words_of(name)}." for name in self.baselines]
+        table = Table(columns, "Parameters by value", "varied-values")
+        said = (f"{name.capitalize()} baseline: {self._words_of(name)}." for name in self.baselines)
         return Block("varied", "What was varied", tuple(said), (table,))
 
     def summary_block(self) -> Block:
@@ -199,7 +129,7 @@ class Report:
         n_added = len(self.table) - n_swept
         added = f", and {counted(n_added, 'healthy run')} for comparison" if n_added > 0 else ""
         said = (f"{counted(n_swept, 'run')}{added}.", self.no_changes)
-        table = strongest_table(self.responses, 3 if self.plane else 6)
+        table = responding.strongest_table(self.responses, 3 if self.plane else 6)
         return Block("strongest", "What moves most", tuple(filter(None, said)), (table,), is_answer=True)
 
     def changes_block(self, title: str, key: str) -> Block:
@@ -209,16 +139,16 @@ class Report:
             return Block(key, "RMS of the details", (runs.band_sentence(table),), (rms_table(table),))
         legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
         if not table.is_sealed.all():
-            sealed = "have no internal leakage" if table.varies_external else "are controls"
-            legend += f" Rows marked sealed {sealed}."
+            legend += " Rows marked sealed have no internal leakage."
         return Block(key, title, (legend, runs.band_sentence(table)), self.delta_tables(key))
 
     def delta_tables(self, key: str, variable: str = names.DETAIL_RMS, title: str = "") -> tuple[Table, ...]:
         """δ of an RMS of all runs, a table against each baseline."""
         breaks = group_breaks(self.table.leakage_requests.tolist())
         return tuple(
-            replace(
-                _rows_table(self.table, *runs.delta_columns(self.table.changes(baseline, variable))),
+            _rows_table(
+                self.table,
+                runs.delta_columns(self.table.changes(baseline, variable)),
                 title=f"{title}δ [%] against the {baseline} baseline ({self._words_of(baseline)})",
                 key=f"{key}-{baseline}",
                 breaks=breaks if len(breaks) < len(self.table) - 1 else (),
@@ -228,23 +158,18 @@ class Report:
 
     def _words_of(self, baseline: str) -> str:
         """The conditions of the fixed or the matched baseline."""
-        conditions, varied = self.data.experiment.baseline, self.table.label_names
-        held = {name: conditions[name] for name in varied if name in conditions}
-        outside = {name: held.pop(name) for name in list(held) if name.startswith(runs.EXTERNAL)}
-        sealed = "sealed internally and externally" if outside and not any(outside.values()) else "sealed"
         if baseline == "matched":
-            return f"{sealed}, the same conditions as the run"
-        state = [sealed]
+            return "sealed, the same conditions as the run"
+        conditions, varied, state = self.data.experiment.baseline, self.table.label_names, ["sealed"]
+        held = {name: conditions[name] for name in varied if name in conditions}
         if self.data.experiment.plant.takes("fluid.bulk_modulus"):
             state.append(f"EBM {runs.modulus_text(runs.normal_bulk_modulus(self.data))}")
         state += [shown_values(held)] if held else []
-        is_alike = len(held) + len(outside) < len(varied)
-        return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])
+        return ", ".join(state + ["otherwise the same parameters as the run"] * (len(held) < len(varied)))
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
-        record = self.general_record() | responses_record(self.responses)
-        return record | {key: value for _, data in self.views for key, value in data.items()}
+        return self.general_record() | responding.responses_record(self.responses)
 
     def general_record(self, *, with_rows: bool = True) -> dict[str, Any]:
         """Data of every experiment, with or without its rows; missing numbers are None."""
@@ -254,17 +179,18 @@ class Report:
         if not self.has_baseline:
             record["delta_not_known"] = self.no_changes
         if self.indicators:
-            record["indicators"] = [indicator_record(indicator) for indicator in self.indicators]
+            record["indicators"] = [measured.indicator_record(indicator) for indicator in self.indicators]
+        for _, data in self.views:
+            record |= data
         return record
 
     def _row_records(self) -> list[dict[str, Any]]:
         table = self.table
         columns = {
             **_modes(table),
+            **_means(table),
             "internal_leakage_coefficient": table[names.LEAKAGE_COEFFICIENT],
-            "mean_internal_leakage_L_per_min": _converted(table[names.MEAN_LEAKAGE_FLOW], "L/min"),
             "mean_external_leakage_L_per_min": [_converted(pair, "L/min") for pair in table.external_flows],
-            **_dynamics(table),
             **_level_columns(table),
         }
         for baseline in table.data.baselines:
@@ -280,8 +206,8 @@ class Report:
         }
         outputs = [output for study in self.indicators for output in study.outputs]
         if outputs:
-            measured = {output.variable: output.values[table.positions] for output in outputs}
-            columns["indicators"] = [*Table.of(measured)]
+            own = {output.variable: output.values[table.positions] for output in outputs}
+            columns["indicators"] = [*Table.of(own)]
         return [*Table.of(columns)]
 
     def columns(self) -> dict[str, list[Any]]:
@@ -290,8 +216,7 @@ class Report:
         flows = enumerate(table.external_flows.T, 1)
         columns = {
             **_modes(table),
-            "mean_internal_leakage_L_per_min": _converted(table[names.MEAN_LEAKAGE_FLOW], "L/min"),
-            **_dynamics(table),
+            **_means(table),
             **{f"mean_external_leakage_{c}_L_per_min": _converted(own, "L/min") for c, own in flows},
             **_parameters(table),
         }
@@ -322,49 +247,42 @@ class Report:
         """Outputs of the indicators with their changes, and how each run ended."""
         table, columns = self.table, dict[str, Any]()
         for study in self.indicators:
-            columns |= output_columns(study, table.positions)
+            columns |= measured.output_columns(study, table.positions)
         return columns | {"status": table.texts(names.STATUS), "verdict": table.verdicts}
 
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure; none if no run has results."""
         from hydrofdi.report.figures.sweep import draw_responses, draw_sensitivity
 
-        figures = {}
-        if self.has_results and self.plane:
+        figures = dict[str, FigureKind]()
+        if not self.has_results:
+            return figures
+        if self.plane:
             caption = "Heat maps over the two parameters that matter most"
             figures["sensitivity"] = FigureKind(caption, partial(draw_sensitivity, self.plane))
-        if self.has_results and any(axis.responses for axis in self.responses.axes):
-            caption = (
-                "Each feature over each parameter that varies: median and range of the runs with each value"
-            )
+        if any(axis.responses for axis in self.responses.axes):
+            caption = "Each feature over each parameter that varies: medians and ranges of the runs"
             figures["responses"] = FigureKind(caption, partial(draw_responses, self.responses))
         return figures
-
-    def checks(self) -> dict[str, bool | None]:
-        """Nothing: only a paper's study has claims."""
-        return {}
 
 
 def rms_table(table: runs.ReportedRuns) -> Table:
     """The RMS of the details of each run."""
     levels = enumerate(table[names.DETAIL_RMS].T, 1)
-    columns = (Column(f"d{k} [kPa]", own, text=runs.kilopascal) for k, own in levels)
-    return replace(
-        _rows_table(table, *columns), title="RMS of the details of the chamber-1 pressure", key="rms"
-    )
+    columns = [Column(f"d{k} [kPa]", own, text=runs.kilopascal) for k, own in levels]
+    return _rows_table(table, columns, title="RMS of the details of the chamber-1 pressure", key="rms")
 
 
-def _rows_table(table: runs.ReportedRuns, *columns: Column) -> Table:
+def _rows_table(table: runs.ReportedRuns, columns: list[Column], **more: Any) -> Table:
     """Columns between what a run is and its verdict."""
     mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: runs.hole_or(f, f"{f:.1f}"))
     lead = [*runs.lead_columns(table), mode]
     doubts = [doubts_of(verdict) for verdict in table.verdicts]
     given = {doubt.word for own in doubts for doubt in own}
-    if not given:
-        return Table((*lead, *columns), n_lead=len(lead))
     marks = Column("Verdict", [" ".join(doubt.mark for doubt in own) for own in doubts], is_text=True)
     words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in given)
-    return Table((*lead, *columns, marks), notes=(f"Verdict: {words}.",), n_lead=len(lead))
+    notes = (f"Verdict: {words}.",) if words else ()
+    return Table((*lead, *columns, marks), notes=notes, n_lead=len(lead), **more)
 
 
 def _modes(table: runs.ReportedRuns) -> dict[str, Any]:
@@ -376,9 +294,10 @@ def _modes(table: runs.ReportedRuns) -> dict[str, Any]:
     }
 
 
-def _dynamics(table: runs.ReportedRuns) -> dict[str, Any]:
-    """Mean pressure and hydraulic mode of each run."""
+def _means(table: runs.ReportedRuns) -> dict[str, Any]:
+    """Mean leakage, mean pressure and hydraulic mode of each run."""
     return {
+        "mean_internal_leakage_L_per_min": _converted(table[names.MEAN_LEAKAGE_FLOW], "L/min"),
         "mean_chamber_1_pressure_Pa": table[names.MEAN_CHAMBER_1_PRESSURE],
         "hydraulic_mode_Hz": table[names.MODE_FREQUENCY],
         "hydraulic_mode_damping_ratio": table[names.MODE_DAMPING_RATIO],
@@ -387,12 +306,12 @@ def _dynamics(table: runs.ReportedRuns) -> dict[str, Any]:
 
 def _parameters(table: runs.ReportedRuns) -> dict[str, Any]:
     """K_i and the varied parameters of each run in SI, with their units."""
-    headers = {}
+    columns = dict[str, Any]()
+    columns["internal_leakage_coefficient_m3.5_per_kg0.5"] = table[names.LEAKAGE_COEFFICIENT]
     for name in table.label_names:
         unit = parameter_unit(name)
-        headers[name] = f"{name} [{unit.replace('*', '·')}]" if unit and unit != "1" else name
-    coefficients = {"internal_leakage_coefficient_m3.5_per_kg0.5": table[names.LEAKAGE_COEFFICIENT]}
-    return coefficients | {header: table.values(name) for name, header in headers.items()}
+        columns[f"{name} [{unit.replace('*', '·')}]" if unit and unit != "1" else name] = table.values(name)
+    return columns
 
 
 def _level_columns(table: runs.ReportedRuns) -> dict[str, Any]:

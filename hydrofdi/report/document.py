@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.drive import without_contents
-from hydrofdi.config.request import OWN_PLANT, parameter_names
+from hydrofdi.config.request import parameter_names
 from hydrofdi.config.values import shown_value
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
@@ -47,7 +48,7 @@ class Document:
     """A report."""
 
     title: str
-    lead: tuple[str, ...]
+    lead: str
     blocks: tuple[Block, ...]
 
     @property
@@ -56,61 +57,70 @@ class Document:
         return tuple(name for block in self.blocks for name in block.figures)
 
 
-@dataclass(frozen=True)
-class FigureKind:
+class FigureKind(NamedTuple):
     """A figure of a report: its caption, and what draws it with matplotlib."""
 
     caption: str
     draw: Callable[[], Any]
 
 
-class ComposedReport(Protocol):
-    """A report before it is written in any form, whatever it is about."""
+class ComposedReport(ABC):
+    """A report before it is written in any form, of an experiment or of measured records."""
+
+    data: ExperimentData | None
+    lead: ClassVar[str]
 
     @property
     def name(self) -> str:
-        """The experiment."""
+        """The experiment; its files are named after it."""
+        return self.data.experiment.name if self.data else "evaluation"
 
     @property
     def path(self) -> Path:
         """The experiment file."""
+        return self.data.path if self.data else Path()
 
     @property
-    def usual_figure(self) -> str:
-        """The figure that is drawn by default."""
+    def has_results(self) -> bool:
+        """Whether any run has results; otherwise the report says only what is missing."""
+        return self.data is None or "ok" in self.data.columns[STATUS].astype(str)
 
     def document(self) -> Document:
-        """Its sections."""
+        """Its sections, between those that the report of any experiment has."""
+        own = self.blocks() if self.has_results else ()
+        if self.data is not None:
+            general = remarks_block(self.data), holes_block(self.data), *doubts_blocks(self.data)
+            own = (*general, *own, provenance_block(self.data))
+        return Document(self.name, self.lead, tuple(block for block in own if block is not None))
 
+    @abstractmethod
+    def blocks(self) -> Iterable[Block | None]:
+        """Its own sections."""
+
+    @abstractmethod
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
 
+    @abstractmethod
     def columns(self) -> dict[str, list[Any]]:
         """Header → values of CSV."""
 
     def wide(self) -> dict[str, list[Any]]:
-        """Header → values, one per run."""
+        """Header → values, one per run; the same where there are no levels."""
+        return self.columns()
 
+    @abstractmethod
     def figures(self) -> Mapping[str, FigureKind]:
-        """Name → figure."""
+        """Name → figure, the usual one first; none without results."""
 
     def checks(self) -> dict[str, bool | None]:
-        """Claim that the experiment lists → whether it holds."""
-
-
-def document_of(title: str, lead: str, blocks: Iterable[Block | None]) -> Document:
-    """A report of the sections that there are."""
-    return Document(title, (lead,), tuple(block for block in blocks if block is not None))
-
-
-def answers(*blocks: Block | None) -> tuple[Block | None, ...]:
-    """What a terminal shows, and shows last."""
-    return tuple(block and replace(block, is_answer=True) for block in blocks)
+        """Claim that the experiment lists → whether it holds; only a paper's study has claims."""
+        return {}
 
 
 def remarks_block(data: ExperimentData) -> Block | None:
     """Remarks on all runs: another version of the physics, or another request."""
-    return Block("remarks", "Remarks", data.all_remarks) if data.all_remarks else None
+    return Block("remarks", "Remarks", data.all_remarks, is_answer=True) if data.all_remarks else None
 
 
 def holes_block(data: ExperimentData) -> Block | None:
@@ -120,15 +130,11 @@ def holes_block(data: ExperimentData) -> Block | None:
     if not holes:
         return None
     remedies = REMEDIES | {MISSING: "hydrofdi sweep CONFIG computes the missing runs and keeps the others"}
-    table = Table.of(
-        {
-            "Runs": [n_run for _, n_run in holes],
-            "Status": [status for (status, _), _ in holes],
-            "Reason": [why for (_, why), _ in holes],
-            "Remedy": [remedies.get(status, "") for (status, _), _ in holes],
-        },
-        key="runs-without-results",
-    )
+    rows = [
+        {"runs": n_run, "status": status, "reason": why, "remedy": remedies.get(status, "")}
+        for (status, why), n_run in holes
+    ]
+    table = Table.of_records(rows, key="runs-without-results")
     lead = f"{sum(n_run for _, n_run in holes):,} of {counted(len(statuses), 'run')} without results."
     return Block("holes", "What is missing", (lead,), (table,), is_answer=True)
 
@@ -142,51 +148,42 @@ def doubts_blocks(data: ExperimentData) -> tuple[Block, ...]:
         if own.any():
             worst = 100.0 * float(np.nanmax(data.columns[doubt.number][own]))
             meaning = doubt.meaning.format(f"{worst:.2g}" if worst < 99.5 else f"{worst:.0f}")
-            rows.append((f"{doubt.word} ({doubt.mark})", int(own.sum()), meaning, doubt.remedy))
+            named = {"verdict": f"{doubt.word} ({doubt.mark})", "runs": int(own.sum())}
+            rows.append(named | {"meaning": meaning, "remedy": doubt.remedy})
     if not rows:
         return ()
-    n_run = counted(len(doubts), "run")
-    said = f"To be read with care, of {n_run}: {', '.join(f'{n:,} {word}' for word, n, *_ in rows)}."
-    columns = dict(zip(("Verdict", "Runs", "Meaning", "Remedy"), zip(*rows, strict=True), strict=True))
-    table = Table.of(columns, key="doubts")
-    return (
-        Block("verdicts", "Verdicts", (said,), is_answer=True),
-        Block("doubts", "How reliable the runs are", (), (table,)),
-    )
+    counts = ", ".join(f"{row['runs']:,} {row['verdict']}" for row in rows)
+    said = f"To be read with care, of {counted(len(doubts), 'run')}: {counts}."
+    table = Table.of_records(rows, key="doubts")
+    answer = Block("verdicts", "Verdicts", (said,), is_answer=True)
+    return answer, Block("doubts", "How reliable the runs are", (), (table,))
 
 
 def provenance_block(data: ExperimentData) -> Block:
-    """What the experiment states, the library versions, and the settings at their defaults."""
+    """What the experiment sets beside the defaults of its version, and the library versions.
+
+    The configuration is as it is written in the file: parameters of later versions are not in it. Its values
+    have the units that it states, which are left out.
+    """
     libraries = sorted(data.versions)
     versions = {"Library": libraries, "Version": [data.versions[name] for name in libraries]}
-    stated, others = _settings(data)
+    usual = _flat(ExperimentConfig(name=data.experiment.name).model_dump(mode="json")) | {"name": None}
+    configuration = _flat(without_contents(data.configuration or data.experiment.model_dump(mode="json")))
+    stated = {
+        key: _text(key.rpartition(": ")[2], content)
+        for key, content in configuration.items()
+        if content not in (None, "", [], {}, usual.get(key))
+    }
+    settings = {"Key": [*stated], "Value": [*stated.values()]}
     return Block(
         "provenance",
         "Configuration and provenance",
         ("An identical request gives identical runs, whatever the batch or worker count.",),
         (
-            _settings_table("configuration", "What the experiment sets", stated),
+            Table.of(settings, title="What the experiment sets", key="configuration"),
             Table.of(versions, title="Versions", key="versions"),
-            replace(_settings_table("defaults", "Settings at their default values", others), is_folded=True),
         ),
     )
-
-
-def _settings(data: ExperimentData) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The settings that differ from their defaults, and the others; without what is empty.
-
-    The configuration is as it is written in the file: parameters of later versions are not in it. Its values
-    have the units that it states, which are left out.
-    """
-    usual = _flat(ExperimentConfig(name=data.experiment.name).model_dump(mode="json")) | {"name": None}
-    configuration = data.configuration or data.experiment.model_dump(mode="json")
-    settings: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
-    replaced = OWN_PLANT if data.experiment.plant.fmu else ()
-    for key, content in _flat(without_contents(configuration)).items():
-        is_usual = key in usual and usual[key] == content
-        if content not in (None, "", [], {}) and not (is_usual and key.partition(".")[0] in replaced):
-            settings[is_usual][key] = content
-    return settings
 
 
 def _flat(configuration: dict[str, Any]) -> dict[str, Any]:
@@ -202,11 +199,6 @@ def _flat(configuration: dict[str, Any]) -> dict[str, Any]:
                 is_changed = "." in name and section != "plant"  # a parameter within a section, not of an FMU
                 flat[f"{section}{': ' if is_changed else '.'}{name}"] = content
     return flat
-
-
-def _settings_table(key: str, title: str, settings: dict[str, Any]) -> Table:
-    texts = [_text(name.rpartition(": ")[2], content) for name, content in settings.items()]
-    return Table.of({"Key": [*settings], "Value": texts}, title=title, key=key)
 
 
 def _text(name: str, content: Any) -> str:

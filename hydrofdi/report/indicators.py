@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -26,9 +25,9 @@ LEAST_SHARE = 0.01
 """A healthy value below this share of the largest size over all runs counts as near zero."""
 
 
-def span_of(values: Iterable[float]) -> tuple[float, float]:
+def span_of(values: Array) -> tuple[float, float]:
     """Smallest and largest of some numbers, without NaN; NaN if there is none."""
-    known = [float(value) for value in values if not math.isnan(value)]
+    known = values[~np.isnan(values)].tolist()
     return min(known, default=math.nan), max(known, default=math.nan)
 
 
@@ -85,9 +84,9 @@ class ReportedOutput:
     def means(self) -> Array:
         """The mean over all its dimensions, shape (n_run,); NaN if there is no number."""
         flat = self.values.reshape(len(self.values), -1)
-        count = np.isfinite(flat).sum(axis=1)
+        known = np.isfinite(flat)
         with np.errstate(invalid="ignore"):
-            means: Array = np.where(np.isfinite(flat), flat, 0.0).sum(axis=1) / count
+            means: Array = np.where(known, flat, 0.0).sum(axis=1) / known.sum(axis=1)
         return means
 
     @property
@@ -112,10 +111,12 @@ def measured_indicators(data: ExperimentData) -> tuple[MeasuredIndicator, ...]:
     """The stored indicators of an experiment, except that of the details."""
     made = data.indicators.items()
     measured = (measured_indicator(label, indicator, data) for label, indicator in made if label != DWT)
-    return tuple(indicator for indicator in measured if indicator.outputs)
+    return tuple(indicator for indicator in measured if indicator)
 
 
-def measured_indicator(label: str, indicator: Indicator[Any], data: ExperimentData) -> MeasuredIndicator:
+def measured_indicator(
+    label: str, indicator: Indicator[Any], data: ExperimentData
+) -> MeasuredIndicator | None:
     """An indicator with those of its outputs that are stored, and reasons of runs without any."""
     outputs = tuple(
         ReportedOutput(label, output, data.columns[f"{label}.{output.name}"], data)
@@ -123,7 +124,7 @@ def measured_indicator(label: str, indicator: Indicator[Any], data: ExperimentDa
         if f"{label}.{output.name}" in data.columns
     )
     if not outputs:
-        return MeasuredIndicator(label, indicator, (), {})
+        return None
     has_number = np.isfinite([output.means for output in outputs]).any(axis=0)
     obstacles, reasons = data.columns.get(f"{label}{names.OBSTACLE}"), {}
     for row in np.flatnonzero(~has_number).tolist():
@@ -138,32 +139,25 @@ def indicators_block(studies: tuple[MeasuredIndicator, ...]) -> Block | None:
     if not studies:
         return None
     reasons = Counter((study.label, why) for study in studies for why in study.unmeasured.values())
-    unmeasured: dict[str, list[Any]] = {
-        "Indicator": [label for label, _ in reasons],
-        "Runs": [*reasons.values()],
-        "Reason": [why for _, why in reasons],
-    }
-    holes = Table.of(unmeasured, title="Could not be measured", key="indicator-holes")
+    unmeasured = [{"indicator": label, "runs": n, "reason": why} for (label, why), n in reasons.items()]
+    holes = Table.of_records(unmeasured, title="Could not be measured", key="indicator-holes")
     outputs = [output for study in studies for output in study.outputs]
-    return Block("indicators", "Indicators", (), (_outputs_table(outputs), holes))
-
-
-def _outputs_table(outputs: list[ReportedOutput]) -> Table:
     columns = [
         Column("Output", [output.title for output in outputs], is_text=True),
         Column("Meaning", [output.output.long_name for output in outputs], is_text=True),
         Column("Unit", [output.unit or HOLE for output in outputs], is_text=True),
-        Column("Value", [_value(output, output.healthy) for output in outputs]),
+        Column("Value", [_healthy(output) for output in outputs]),
         Column("Healthy runs", [int(np.isfinite(output.healthy).sum()) for output in outputs]),
     ]
     title = "Outputs without a leak, under the conditions of the fixed baseline"
     breaks = group_breaks([output.label for output in outputs])
-    return Table(tuple(columns), title, "indicator-outputs", breaks=breaks)
+    table = Table(tuple(columns), title, "indicator-outputs", breaks=breaks)
+    return Block("indicators", "Indicators", (), (table, holes))
 
 
-def _value(output: ReportedOutput, values: Any) -> str:
-    """The range of some numbers in the unit that people read."""
-    low, high = output.shown(np.array(span_of(np.ravel(values)))).tolist()
+def _healthy(output: ReportedOutput) -> str:
+    """The range of the healthy runs in the unit that people read."""
+    low, high = output.shown(np.array(span_of(output.healthy))).tolist()
     return HOLE if math.isnan(low) else span_text(f"{low:.4g}", f"{high:.4g}")
 
 

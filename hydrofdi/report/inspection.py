@@ -181,36 +181,25 @@ class Inspection(Answer):
     @property
     def channels(self) -> Table:
         """A row for each channel: its range in the ``unit`` of the files, or in one that suits it."""
-        found = self.ranges
-        ranges = {
-            "min": [each.shown(each.least) for each in found.values()],
-            "mean": [each.shown(each.mean) for each in found.values()],
-            "max": [each.shown(each.largest) for each in found.values()],
+        found, ends = self.ranges.values(), {"min": "least", "mean": "mean", "max": "largest"}
+        columns: dict[str, list[Any]] = {
+            "channel": [channel.value for channel in self.ranges],
+            "unit": [each.shown_unit for each in found],
+            **{name: [each.shown(getattr(each, end)) for each in found] for name, end in ends.items()},
+            "records": [each.n_record for each in found],
         }
-        return Table.of(
-            {
-                "channel": [channel.value for channel in found],
-                "unit": [each.shown_unit for each in found.values()],
-                **ranges,
-                "records": [each.n_record for each in found.values()],
-            },
-            n_lead=2,
-            title="Channels",
-        )
+        return Table.of(columns, n_lead=2, title="Channels")
 
     @property
     def findings(self) -> Table:
         """A row for each kind of remark: ``records`` that have it, and one as an ``example``."""
-        found = self.remarked
-        examples = [each.examples[0] for each in found.values()]
-        return Table.of(
-            {
-                "remark": [f"{kind}{' (rejected)' * each.is_rejection}" for kind, each in found.items()],
-                "records": [each.n_record for each in found.values()],
-                "example": [f"{record_id}: {text}" for record_id, text in examples],
-            },
-            title="Remarks",
-        )
+        found = self.remarked.items()
+        columns: dict[str, list[Any]] = {
+            "remark": [f"{kind}{' (rejected)' * each.is_rejection}" for kind, each in found],
+            "records": [each.n_record for _, each in found],
+            "example": [": ".join(each.examples[0]) for _, each in found],
+        }
+        return Table.of(columns, title="Remarks")
 
     def __bool__(self) -> bool:
         return not self.n_rejected

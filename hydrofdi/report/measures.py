@@ -15,7 +15,7 @@ import numpy as np
 from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures
 from hydrofdi.tables.table import Column, Table, library, plain, quantity
 
-_LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"
+_LEADING = ("record_id", "source", "group", "label", "status")
 OWN = {
     "csv": re.compile(",".join(_LEADING).encode()),
     "json": re.compile(rb'\{"indicators": \[\{"name": '),
@@ -116,15 +116,9 @@ def write_parquet(path: Path, columns: Sequence[MeasuredOutput], records: Iterab
 
 
 def _record(columns: Sequence[MeasuredOutput], record: RecordMeasures) -> dict[str, Any]:
-    values = {column.name: plain(record.values.get(column.name)) for column in columns}
-    whole: dict[str, Any] = {
-        "record_id": record.record_id,
-        "source": record.source,
-        "group": record.group or None,
-        "label": record.label or None,
-        "status": record.status,
-        "values": values,
-    }
+    whole: dict[str, Any] = {name: getattr(record, name) for name in _LEADING}
+    whole |= {"group": record.group or None, "label": record.label or None}
+    whole["values"] = {column.name: plain(record.values.get(column.name)) for column in columns}
     doubts = {doubt.where: doubt.message for doubt in record.doubts}
     more = {"reasons": record.reasons, "doubts": doubts}
     return whole | {name: texts for name, texts in more.items() if texts}

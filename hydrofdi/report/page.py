@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.errors import ReportError
@@ -42,46 +43,26 @@ _SHORT = 16
 def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:
     """The report as HTML."""
     blocks = [block for block in document.blocks if block.paragraphs or block.shown_tables or block.figures]
-    style = files("hydrofdi.report").joinpath("page.css").read_text(encoding="utf-8")
-    title = escape(document.title)
-    lines = [
-        "<!DOCTYPE html>",
-        '<html lang="en">',
-        "<head>",
-        '<meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        '<meta name="color-scheme" content="light dark">',
-        '<link rel="icon" href="data:,">',
-        f"<title>{title} – hydrofdi</title>",
-        f"<style>\n{style}</style>",
-        "</head>",
-        "<body>",
-        f"<header>\n<h1>{title}</h1>",
-        *(_paragraph(text) for text in document.lead),
-        "</header>",
-        *_contents(blocks),
-        "<main>",
-        *(line for block in blocks for line in _section(block, figures, captions)),
-        "</main>",
-        "<footer><p>Made by hydrofdi.</p></footer>",
-        "</body>",
-        "</html>",
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _contents(blocks: list[Block]) -> Iterator[str]:
-    yield '<nav aria-label="Sections">\n<ul>'
-    for block in blocks:
-        yield f'<li><a href="#section-{block.key}">{escape(block.title.partition(":")[0])}</a></li>'
-    yield "</ul>\n</nav>"
+    style, frame = (
+        files("hydrofdi.report").joinpath(f"page.{each}").read_text("utf-8") for each in ("css", "html")
+    )
+    links = (
+        f'<li><a href="#section-{block.key}">{escape(block.title.partition(":")[0])}</a></li>'
+        for block in blocks
+    )
+    return Template(frame).substitute(
+        title=escape(document.title),
+        style=style,
+        lead=escape(document.lead),
+        contents="\n".join(links),
+        sections="\n".join(line for block in blocks for line in _section(block, figures, captions)),
+    )
 
 
 def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, str]) -> Iterator[str]:
     yield f'<section id="section-{block.key}">\n<h2>{escape(block.title)}</h2>'
-    yield from map(_paragraph, block.paragraphs)
-    for table in block.shown_tables:
-        yield from _table(table)
+    yield from (f"<p>{escape(text)}</p>" for text in block.paragraphs)
+    yield from map(_table, block.shown_tables)
     for name in block.figures:
         if name in figures:
             yield f'<figure id="{name}" tabindex="0">\n{figures[name]}'
@@ -89,16 +70,10 @@ def _section(block: Block, figures: Mapping[str, str], captions: Mapping[str, st
     yield "</section>"
 
 
-def _paragraph(text: str) -> str:
-    return f"<p>{escape(text)}</p>"
-
-
-def _table(table: Table) -> Iterator[str]:
+def _table(table: Table) -> str:
     short = " short" if len(table) <= _SHORT else ""
-    shown = f'<div class="table{short}" role="region" aria-label="{escape(table.title)}" tabindex="0">'
-    shown += f"{table.to_html()}</div>"
-    summary = f"<summary>{escape(table.title)} ({len(table)})</summary>"
-    yield f"<details>\n{summary}\n{shown}\n</details>" if table.is_folded else shown
+    region = f'<div class="table{short}" role="region" aria-label="{escape(table.title)}" tabindex="0">'
+    return f"{region}{table.to_html()}</div>"
 
 
 def render_json(report: ComposedReport) -> str:
@@ -108,7 +83,7 @@ def render_json(report: ComposedReport) -> str:
 
 def render_markdown(document: Document) -> str:
     """The report in Markdown, without figures."""
-    parts = [f"# {document.title}", *document.lead]
+    parts = [f"# {document.title}", document.lead]
     for block in document.blocks:
         parts += _block(block)
     return "\n\n".join(parts) + "\n"
@@ -189,7 +164,7 @@ def write_all_forms(report: ComposedReport, directory: Path) -> Iterator[str]:
 
 def _own(document: Document) -> dict[str, re.Pattern[bytes]]:
     """Suffix → first and last bytes of the report of this experiment, with whatever results."""
-    lead = "".join(document.lead)[:_LEAD_LETTERS]
+    lead = document.lead[:_LEAD_LETTERS]
     return {
         "md": re.compile(re.escape(f"# {document.title}\n\n{lead}").encode()),
         "csv": re.compile(rb"[^\n]*\b(run_id|indicator)\b"),

@@ -22,7 +22,7 @@ from hydrofdi.report.runs import Array, baseline_changes, litres_per_minute, sig
 from hydrofdi.settings.messages import HOLE, K_I_UNIT, convert, typeset
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.tables.table import Column, Table, finite, numbers
+from hydrofdi.tables.table import Column, Table, finite
 
 _MANY = 2_000
 
@@ -46,17 +46,7 @@ _LEGEND = (
     "Each cell: the median of the runs with that value, and in brackets their range. δ: the fall of the RMS"
     " of a detail in percent of the healthy RMS, positive if it fell."
 )
-_RANKS = (
-    "Spearman's ρ: +1 if a feature always rises with the parameter, −1 if it always falls. By"
-    " chance: in 95 % of cases without dependence."
-)
 _GAP = "\N{NO-BREAK SPACE}"
-
-Z_95 = 1.959963984540054
-"""Quantile of the normal distribution for a two-sided confidence of 95 %."""
-
-LEAST_RUNS = 10
-"""Smallest number of runs for a rank correlation."""
 
 
 def fifths(values: NDArray[np.float64]) -> list[tuple[float, float, NDArray[np.bool_]]]:
@@ -143,37 +133,6 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> VariedPar
 
 
 @dataclass(frozen=True)
-class RankCorrelation:
-    """Spearman's ρ of some runs; NaN if either is constant, or if there are too few runs.
-
-    `chance`: bound of abs(ρ) in 95 % of cases if the feature does not depend on the parameter.
-    """
-
-    value: float
-    chance: float
-    n_run: int
-
-
-def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
-    """Spearman's ρ over the runs that have both numbers; without dependence it has the variance 1/(n − 1).
-
-    Kendall and Gibbons, Rank Correlation Methods, 5th edition, 1990.
-    """
-    from scipy.stats import rankdata
-
-    pair = np.stack([comparable(parameter), comparable(feature)])
-    known = pair[:, np.isfinite(pair).all(axis=0)]
-    n_run = known.shape[1]
-    if n_run < LEAST_RUNS or not np.ptp(known, axis=1).all():
-        return RankCorrelation(math.nan, math.nan, n_run)
-    ranks = rankdata(known, axis=1)
-    x, y = (ranks - ranks.mean(axis=1, keepdims=True)) / ranks.std(axis=1, keepdims=True)
-    # Ranks have variance 1, so their covariance is ρ; rounding may exceed 1.
-    value = float(np.clip(np.mean(x * y), -1.0, 1.0))
-    return RankCorrelation(value, Z_95 / math.sqrt(n_run - 1), n_run)
-
-
-@dataclass(frozen=True)
 class RunFeature:
     """A number of each run, shape (n_run,), in a unit for people; `own_unit` is SI, or ``%`` of a change."""
 
@@ -209,11 +168,10 @@ class GroupSpread:
 
 @dataclass(frozen=True)
 class FeatureResponse:
-    """A feature over the groups of an axis, and its rank correlation with one of many values."""
+    """A feature over the groups of an axis."""
 
     feature: RunFeature
     over: tuple[GroupSpread, ...]
-    rank: RankCorrelation | None
 
     @property
     def reach(self) -> float:
@@ -255,11 +213,7 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
         wanted = ("matched", "fixed") if axis.name.startswith("leakage.") else ("fixed",)
         against = next((name for name in wanted if details[name]), "")
         responses = (
-            FeatureResponse(
-                feature,
-                tuple(spread(feature.values[group.rows]) for group in axis.groups),
-                None if axis.drawn is None else rank_correlation(axis.drawn, feature.values),
-            )
+            FeatureResponse(feature, tuple(spread(feature.values[group.rows]) for group in axis.groups))
             for feature in (*details[against], *measured)
         )
         axes.append(replace(axis, against=against, responses=tuple(responses)))
@@ -323,11 +277,9 @@ def strongest_table(study: ResponseStudy, most: int) -> Table:
 
 
 def responses_block(study: ResponseStudy) -> Block | None:
-    """A table for each axis, and rank correlations."""
-    if not (shown := [axis for axis in study.axes if axis.responses]):
-        return None
-    tables = (*map(_axis_table, shown), _rank_table(shown))
-    return Block("responses", "Responses", (_LEGEND,), tables, ("responses",))
+    """A table for each axis."""
+    tables = tuple(_axis_table(axis) for axis in study.axes if axis.responses)
+    return Block("responses", "Responses", (_LEGEND,), tables, ("responses",)) if tables else None
 
 
 def _axis_table(axis: VariedParameter) -> Table:
@@ -338,38 +290,21 @@ def _axis_table(axis: VariedParameter) -> Table:
         over = [response.over[index] for response in axis.responses]
         known, count = max(each.n_run for each in over), int(group.rows.sum())
         runs = f"{known:,} of {count:,}" if known < count else f"{count:,}"
-        texts = (_spread_text(o, f.is_change, known) for o, f in zip(over, features, strict=True))
+        texts = (_spread_text(o, f.is_change) for o, f in zip(over, features, strict=True))
         columns.append(Column(group.text, [runs, *texts]))
     several = any(group.rows.sum() > 1 for group in axis.groups)
     notes = (f"Brackets: {RANGES}.",) if several else ()
     return Table(tuple(columns), f"Over {axis.header}{against}", f"responses-{axis.name}", notes)
 
 
-def _spread_text(spread: GroupSpread, is_change: bool, most: int) -> str:
-    """``+3.7 [+1.9 … +25.2]``; the median alone where all are equal."""
-    if math.isnan(spread.median):
-        return HOLE
+def _spread_text(spread: GroupSpread, is_change: bool) -> str:
+    """``+3.7 [+1.9…+25.2]`` without a break; the median alone where all are equal."""
     median, low, high = (_number(value, is_change) for value in (spread.median, spread.low, spread.high))
-    fewer = f" (n = {spread.n_run})" if spread.n_run < most else ""
-    text = median if low == high == median else f"{median} [{low}…{high}]"
-    return (text + fewer).replace(" ", _GAP)
+    return median if low == high == median else f"{median} [{low}…{high}]".replace(" ", _GAP)
 
 
 def _number(value: float, is_change: bool) -> str:
     return signed(value) if is_change else HOLE if math.isnan(value) else with_minus(f"{value:.4g}")
-
-
-def _rank_table(axes: list[VariedParameter]) -> Table:
-    """Rank correlations of all features with the parameters that have many values."""
-    rows = [
-        {"feature": response.feature.name, "parameter": axis.name, "ρ": rank.value}
-        | {"by chance up to": rank.chance, "runs": rank.n_run}
-        for axis in axes
-        for response in axis.responses
-        if (rank := response.rank) is not None
-    ]
-    title = "Rank correlation of features with sampled parameters"
-    return Table.of_records(rows, title=title, key="responses-ranks", notes=(_RANKS,), n_lead=2)
 
 
 def responses_record(study: ResponseStudy) -> dict[str, Any]:
@@ -392,21 +327,19 @@ def _varied(axis: VariedParameter) -> dict[str, Any]:
 
 
 def _response(axis: VariedParameter, response: FeatureResponse) -> dict[str, Any]:
-    feature, rank = response.feature, response.rank
+    feature = response.feature
     groups = [
         _ends(axis, group)
         | {name: finite(feature.own(getattr(spread, name))) for name in ("median", "low", "high")}
         | {"n": spread.n_run}
         for group, spread in zip(axis.groups, response.over, strict=True)
     ]
-    ranks = rank and numbers(rank, "value", "chance") | {"n": rank.n_run}
     return {
         "axis": axis.name,
         "baseline": axis.against or None if feature.is_change else None,
         "feature": feature.name,
         "unit": feature.own_unit,
         "groups": groups,
-        "rank_correlation": ranks,
     }
 
 

@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 EXTERNAL = "leakage.external_coefficient"
 """Prefix of the parameters of external leakage."""
 
+_CHAMBERS = {f"{EXTERNAL}_1": 0, f"{EXTERNAL}_2": 1}
+
 ROUNDING = 1e-9
 """A healthy RMS below this share of the record's largest pressure is rounding error and gives no δ."""
 
@@ -64,11 +66,6 @@ class ReportedRuns:
         return changes
 
     @property
-    def is_ok(self) -> NDArray[np.bool_]:
-        """Whether a run has results."""
-        return np.asarray(self[names.STATUS].astype(str) == "ok")
-
-    @property
     def verdicts(self) -> list[str]:
         """Reliability of each run, or its status if it did not succeed."""
         pairs = zip(self.texts(names.STATUS), self.texts(names.VERDICT), strict=True)
@@ -107,11 +104,6 @@ class ReportedRuns:
         return external_coefficients(self.data)[self.positions]
 
     @property
-    def bands(self) -> list[tuple[float, float]]:
-        """Nominal band of each level [Hz]."""
-        return level_bands(self.data.experiment.record.sampling_frequency, self.n_level)
-
-    @property
     def n_level(self) -> int:
         """Number of wavelet levels."""
         return int(self.data.columns[names.DETAIL_RMS].shape[1])
@@ -124,11 +116,6 @@ class ReportedRuns:
     def settled(self, name: str) -> str:
         """The variable of the settled records that stands for an RMS, if any run has settled."""
         return f"settled_{name}" if self.has_settled else name
-
-    @property
-    def varies_external(self) -> bool:
-        """Whether the runs differ in their external leakage."""
-        return any(name.startswith(EXTERNAL) for name in self.label_names)
 
 
 def run_table(data: ExperimentData) -> ReportedRuns:
@@ -214,7 +201,7 @@ def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
 
 
 def lead_columns(table: ReportedRuns) -> list[Column]:
-    """What says which run a row is; external leakage as the flow that it causes."""
+    """What says which run a row is; external leakage of a chamber as the flow that it causes."""
     pairs = zip(table.leakage_requests.tolist(), table.leakage_flows.tolist(), strict=True)
     # of a missing run only K_i is known
     leakages = [
@@ -222,36 +209,30 @@ def lead_columns(table: ReportedRuns) -> list[Column]:
         for request, flow in pairs
     ]
     columns = [Column("Leakage [L/min]", leakages), modulus_column(table[names.BULK_MODULUS])]
-    if table.varies_external:
-        chambers = zip(table.external_flows.T, table.external_coefficients.T, strict=True)
-        for chamber, (flows, k) in enumerate(chambers, 1):
-            texts = [litres_per_minute(flow) if k[row] else "0" for row, flow in enumerate(flows.tolist())]
-            columns.append(Column(f"Out of {chamber} [L/min]", texts))
     for name in table.label_names:
-        if not name.startswith(EXTERNAL):
-            shown = shown_parameter(name, values := table.values(name))
+        shown = shown_parameter(name, values := table.values(name))
+        if name in _CHAMBERS:
+            flows = table.external_flows[:, _CHAMBERS[name]].tolist()
+            texts = [litres_per_minute(flow) if k else "0" for k, flow in zip(values, flows, strict=True)]
+            columns.append(Column(f"Out of {name[-1]} [L/min]", texts))
+        else:
             columns.append(Column(shown.header, values, text=shown.text))
     return columns
 
 
 def delta_columns(delta: Array) -> list[Column]:
-    """δ of each level; the largest positive one of a row stands out, unless it rounds to zero."""
-    best = best_levels(delta)
+    """δ of each level; the largest positive one of a row stands out."""
+    strong = [np.flatnonzero(best_levels(delta) == level).tolist() for level in range(delta.shape[1])]
     return [
-        Column(
-            f"δd{level + 1}",
-            own,
-            text=signed,
-            strong=[k for k in np.flatnonzero(best == level).tolist() if signed(own[k]) != "0.0"],
-        )
-        for level, own in enumerate(delta.T)
+        Column(f"δd{level}", own, text=signed, strong=rows)
+        for level, (own, rows) in enumerate(zip(delta.T, strong, strict=True), 1)
     ]
 
 
 def band_sentence(table: ReportedRuns) -> str:
     """Bands of the levels."""
-    bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
-    return f"Bands [Hz]: {bands}."
+    bands = level_bands(table.data.experiment.record.sampling_frequency, table.n_level)
+    return f"Bands [Hz]: {', '.join(f'd{k} {low:g}–{high:g}' for k, (low, high) in enumerate(bands, 1))}."
 
 
 def hole_or(value: float, text: str) -> str:

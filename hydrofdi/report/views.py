@@ -37,20 +37,14 @@ _D2, _LEVEL = 1, 3
 """Positions of d2, and of a4; the deepest level if there are fewer."""
 
 
-def asked_views(table: ReportedRuns) -> Iterator[View]:
-    """Sections and data of the varied external leakage, and of what varies without a leak."""
-    if table.varies_external:
-        yield external_view(table)
-    if view := healthy_view(table):
-        yield view
-
-
-def external_view(table: ReportedRuns) -> View:
+def external_view(table: ReportedRuns) -> View | None:
     """Ranges of δ with the same leaky chambers, and how far they are from those without external leakage.
 
     δ is against the fixed, δ′ against the matched baseline: of the settled records if there are any. A gap
     below zero means that the ranges overlap, so that no threshold separates them.
     """
+    if not any(name.startswith(EXTERNAL) for name in table.label_names):
+        return None
     level = min(_LEVEL, table.n_level - 1)
     deltas = _deltas(table, level)
     leaks = [tuple((np.flatnonzero(row > 0.0) + 1).tolist()) for row in table.external_coefficients]

@@ -171,8 +171,6 @@ class Table:
         First columns, which say what a row is.
     row : str
         What a row is, such as ``record``: the dimension of a data set.
-    is_folded : bool
-        Whether a page shows it only on request.
     most : int, optional
         Rows that a text shows.
     """
@@ -184,7 +182,6 @@ class Table:
     breaks: Sequence[int] = ()
     n_lead: int = 1
     row: str = "row"
-    is_folded: bool = False
     most: int | None = None
 
     def __len__(self) -> int:
@@ -265,10 +262,10 @@ class Table:
         names = self.columns[: self.n_lead]
         return sum(each.name in names for each in self.shown)
 
-    def texts(self, n_row: int | None = None) -> Iterator[list[tuple[str, bool]]]:
-        """The rows as people read them: texts, and whether each stands out."""
+    def texts(self) -> Iterator[list[tuple[str, bool]]]:
+        """The rows as people read them, at most `most`: texts, and whether each stands out."""
         shown = self.shown
-        for row in range(len(self))[:n_row]:
+        for row in range(len(self))[: self.most]:
             yield [(column.text_of(row), row in column.strong) for column in shown]
 
     def to_dict(self) -> dict[str, list[Any]]:
@@ -341,14 +338,16 @@ class Table:
             lines += [r"\addlinespace"] * (position in self.breaks) + [" & ".join(cells) + r" \\"]
         return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
 
-    def to_html(self, n_row: int | None = None) -> str:
+    def to_html(self) -> str:
         """A ``table`` element with its caption and notes."""
         classes = [' class="words"' if column.is_text else "" for column in self.shown]
-        heads = (f'<th scope="col"{of}>' for of in classes)
-        lines = [f"{tag}{escape(each.heading)}</th>" for tag, each in zip(heads, self.shown, strict=True)]
+        heads = (
+            f'<th scope="col"{of}>{escape(each.heading)}</th>'
+            for of, each in zip(classes, self.shown, strict=True)
+        )
         parts = [f"<caption>{escape(self.title)}</caption>"] if self.title else []
-        parts.append(f"<thead><tr>{''.join(lines)}</tr></thead>\n<tbody>")
-        for position, row in enumerate(self.texts(n_row)):
+        parts.append(f"<thead><tr>{''.join(heads)}</tr></thead>\n<tbody>")
+        for position, row in enumerate(self.texts()):
             parts.append('<tr class="break">' if position in self.breaks else "<tr>")
             for of, (text, is_strong) in zip(classes, row, strict=True):
                 shown = f"<strong>{escape(text)}</strong>" if is_strong else escape(text)
@@ -359,22 +358,25 @@ class Table:
         return f"<table{key}>{''.join(parts)}</tbody></table>{notes}"
 
     def _repr_html_(self) -> str:
-        more = f"<p>{more}</p>" if (more := self._more(_SHOWN)) else ""
-        return self.to_html(_SHOWN).replace(' class="words"', ' style="text-align: left"') + more
+        first = replace(self, most=self.most or _SHOWN)
+        more = "".join(f"<p>{more}</p>" for more in first._more)
+        return first.to_html().replace(' class="words"', ' style="text-align: left"') + more
 
     def __repr__(self) -> str:
         title = [self.title] if self.title else []
         return "\n".join([*title, *replace(self, most=self.most or _SHOWN).lines(), *self.notes])
 
-    def _more(self, n_row: int) -> str:
-        return f"… the first {n_row} of {len(self):,} rows" if n_row < len(self) else ""
+    @property
+    def _more(self) -> list[str]:
+        is_cut = self.most is not None and self.most < len(self)
+        return [f"… the first {self.most} of {len(self):,} rows"] if is_cut else []
 
     def lines(self, width: int = TEXT_WIDTH) -> Iterator[str]:
         """Lines of text: numbers are never cut; columns that do not fit in a width continue below.
 
         Each part begins with the columns that say what a row is. Wide words are folded.
         """
-        rows = [[*map(_cell, self.shown, row)] for row in self.texts(self.most)]
+        rows = [[*map(_cell, self.shown, row)] for row in self.texts()]
         heads = [*map(_heading_lines, self.shown)]
         lead = [*range(self.n_shown_lead)]
         part = [*lead]
@@ -385,7 +387,7 @@ class Table:
                 part = [*lead]
             part.append(index)
         yield from self._grid(part, heads, rows, width)
-        yield from filter(None, [self._more(len(rows))])
+        yield from self._more
 
     def _grid(
         self, part: list[int], heads: list[list[str]], rows: list[list[str]], width: int
@@ -482,38 +484,14 @@ def escaped(text: str) -> str:
     return text.replace("|", r"\|").replace("*", r"\*")
 
 
-_LATEX = str.maketrans(
-    {each: rf"\{each}" for each in "&%$#_{}"}
-    | {
-        "\\": r"\textbackslash{}",
-        "^": r"\^{}",
-        "~": r"\~{}",
-        "−": "$-$",
-        "–": "--",
-        "…": r"\dots{}",
-        "\N{NO-BREAK SPACE}": "~",
-    }
-    | {
-        "δ": r"$\delta$",
-        "β": r"$\beta$",
-        "ζ": r"$\zeta$",
-        "ρ": r"$\rho$",
-        "σ": r"$\sigma$",
-        "µ": r"$\mu$",
-        "√": r"$\surd$",
-    }
-    | {
-        "²": "$^2$",
-        "³": "$^3$",
-        "′": "$'$",
-        "·": r"$\cdot$",
-        "×": r"$\times$",
-        "≤": r"$\leq$",
-        "≥": r"$\geq$",
-        "→": r"$\to$",
-        "±": r"$\pm$",
-    }
-)
+_LATEX = str.maketrans({
+    **{each: rf"\{each}" for each in "&%$#_{}"},
+    "\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\~{}", "–": "--", "…": r"\dots{}",
+    "\N{NO-BREAK SPACE}": "~", "−": "$-$", "²": "$^2$", "³": "$^3$", "′": "$'$", "√": r"$\surd$",
+    "δ": r"$\delta$", "β": r"$\beta$", "ζ": r"$\zeta$", "ρ": r"$\rho$", "σ": r"$\sigma$", "µ": r"$\mu$",
+    "·": r"$\cdot$", "×": r"$\times$",
+    "≤": r"$\leq$", "≥": r"$\geq$", "→": r"$\to$", "±": r"$\pm$",
+})  # fmt: skip
 
 
 def latex(text: str) -> str:

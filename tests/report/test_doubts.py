@@ -24,8 +24,8 @@ def test_verdicts_are_reported_with_count_and_largest_number_and_mark_their_rows
 ):
     found = blocks(made_up)
     (table,) = found["doubts"].tables
-    assert table["Runs"].tolist() == [1, 1, 1]
-    assert "15 %" in table["Meaning"][1]
+    assert table["runs"].tolist() == [1, 1, 1]
+    assert "15 %" in table["meaning"][1]
     for sheet in found["table3"].tables:
         assert [*sheet["Verdict"]] == ["", "U", "", "C A", "", ""]
     sound = blocks(read_results(small_sweep.directory))
@@ -63,7 +63,7 @@ def test_an_unfinished_experiment_reports_and_draws_what_is_there_and_why_the_re
     report = make_report(read_results(half.directory))
     assert report.table.texts("status") == ["ok", "missing", "ok", "missing"]
     (holes,) = [block for block in report.document().blocks if block.key == "holes"]
-    assert holes.tables[0]["Runs"].tolist() == [2]
+    assert holes.tables[0]["runs"].tolist() == [2]
     rows = json.loads(render_json(report))["rows"]
     assert [row["detail_rms_Pa"] == [None] * 5 for row in rows] == [False, True, False, True]
     drawn, holes = draw_all(report, ["figure2", "figure3"])
@@ -96,10 +96,10 @@ def test_it_says_what_is_missing_and_the_remedy_and_shows_no_empty_tables(tmp_pa
     write_request(tmp_path / "none", load_experiment(config))
     report = make_report(read_results(tmp_path / "none"))
     document = report.document()
-    assert {block.key for block in document.blocks} <= {"remarks", "holes", "varied", "provenance"}
+    assert {block.key for block in document.blocks} <= {"remarks", "holes", "provenance"}
     assert not document.figures
     (holes,) = [block for block in document.blocks if block.key == "holes"]
-    assert holes.tables[0]["Status"].tolist() == ["missing"]
+    assert holes.tables[0]["status"].tolist() == ["missing"]
     with pytest.raises(ReportError):
         write_figure(report, tmp_path / "answer.png")
     assert not [line for line in write_all_forms(report, tmp_path / "out") if "left out" in line]

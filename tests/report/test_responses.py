@@ -1,14 +1,13 @@
-"""Responses of features over what an experiment varies, their rank correlations, and both in JSON."""
+"""Responses of features over what an experiment varies, and both in JSON."""
 
 import json
 
 import numpy as np
 import pytest
-from scipy.stats import spearmanr
 
 from hydrofdi.papers import make_report
 from hydrofdi.report.page import render_json
-from hydrofdi.report.responses import LEAST_RUNS, rank_correlation, spread, study_responses
+from hydrofdi.report.responses import spread, study_responses
 from hydrofdi.store import names
 from hydrofdi.store.results import read_results
 from tests.conftest import sweep_in
@@ -68,33 +67,6 @@ def test_where_each_run_is_its_own_baseline_the_features_stand_themselves(tmp_pa
     assert found.responses[0].over[0].median != found.responses[0].over[1].median
 
 
-def test_chance_gives_more_than_its_bound_in_5_percent_of_permutations():
-    """Of a feature whose scatter grows with the parameter: ρ is not that of a normal distribution."""
-    rng = np.random.default_rng(2)
-    parameter = rng.uniform(size=64)
-    feature = parameter + parameter * rng.normal(size=64)
-    found = [rank_correlation(parameter, rng.permutation(feature)) for _ in range(500)]
-    assert 0.025 <= np.mean([abs(each.value) > each.chance for each in found]) <= 0.08
-
-
-def test_it_is_spearmans_with_ties_and_without_runs_that_lack_a_number():
-    rng = np.random.default_rng(4)
-    parameter, feature = rng.integers(0, 6, (2, 50)).astype(float)
-    expected = spearmanr(parameter[:40], feature[:40]).statistic
-    feature[40:] = np.nan
-    found = rank_correlation(parameter, feature)
-    assert (found.value, found.n_run) == (pytest.approx(expected), 40)
-    assert rank_correlation(parameter, -(parameter**3)).value == pytest.approx(-1.0)
-
-
-def test_too_few_runs_and_constant_features_have_none():
-    few, enough = (np.arange(float(n_run)) for n_run in (LEAST_RUNS - 1, LEAST_RUNS))
-    assert np.isnan(
-        [rank_correlation(few, few).value, rank_correlation(enough, np.ones(LEAST_RUNS)).value]
-    ).all()
-    assert np.isfinite(rank_correlation(enough, enough).value)
-
-
 def test_what_varied_and_responses_to_it_stand_in_the_json_in_si_with_their_runs(data):
     record = json.loads(render_json(make_report(data)))
     varied = {each["name"]: each for each in record["varied"]}
@@ -106,7 +78,7 @@ def test_what_varied_and_responses_to_it_stand_in_the_json_in_si_with_their_runs
 
     responses = {(each["axis"], each["feature"]): each for each in record["responses"]}
     mean = responses["input.shape", "pressure_statistics.mean"]
-    assert (mean["unit"], mean["baseline"], mean["rank_correlation"]) == ("Pa", None, None)
+    assert (mean["unit"], mean["baseline"]) == ("Pa", None)
     group = next(each for each in mean["groups"] if each["value"] == "square")
     assert group["n"] == 16
     assert 1e6 < group["low"] < group["median"] < group["high"] < 2e7
@@ -116,9 +88,3 @@ def test_what_varied_and_responses_to_it_stand_in_the_json_in_si_with_their_runs
     assert sum(group["n"] for group in change["groups"]) == 32
     ends = [end for group in change["groups"] for end in (group["from"], group["to"])]
     assert ends == sorted(ends)
-    rows = {row["run_id"]: row["delta_fixed_percent"][1] for row in record["rows"]}
-    runs = data.columns[names.RUN_ID].astype(str)[:32]
-    expected = spearmanr(np.array(data.values("fluid.bulk_modulus")[:32]), [rows[run] for run in runs])
-    rank = change["rank_correlation"]
-    assert rank["value"] == pytest.approx(expected.statistic)
-    assert (rank["n"], 0.0 < rank["chance"] < 1.0) == (32, True)

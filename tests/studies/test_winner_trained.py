@@ -90,7 +90,7 @@ def judged(monkeypatch):
 
 
 def test_the_command_that_the_report_names_trains_the_winner(study, data, detection, judged):
-    (told,) = DetectionReport("ranked", data.path, (detection,), data)._training.paragraphs
+    (told,) = DetectionReport((detection,), data)._training.paragraphs
     arguments = told.replace(str(study) + "/", "").partition("hydrofdi ")[2].split()
     judged(detection)
     run(*arguments, cwd=study, check=0)

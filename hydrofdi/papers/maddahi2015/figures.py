@@ -75,7 +75,7 @@ def draw_details(study: StudyData, level: int) -> Figure:
     figure = Figure(figsize=(7.0, 0.6 + 1.6 * len(runs)), layout="constrained")
     axes: Any = figure.subplots(len(runs), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for number, (axis, (modulus, position, time, pressure)) in enumerate(zip(axes, runs, strict=True)):
-        color = series(number, len(runs))["color"]
+        color = series(number)["color"]
         axis.plot(*details(pressure, wavelet, level, time), color=color, linewidth=0.7)
         rms = float(study.data.columns[names.DETAIL_RMS][position][level - 1])
         mode = mode_name(_flow(study, leakage), modulus)

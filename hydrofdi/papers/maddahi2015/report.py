@@ -12,15 +12,7 @@ import numpy as np
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Standing, alarms
 from hydrofdi.papers.maddahi2015.study import StudyData, scenario_blocks, scenarios_record, sealed_outcomes
 from hydrofdi.report.composition import rms_table
-from hydrofdi.report.document import (
-    Block,
-    FigureKind,
-    answers,
-    doubts_blocks,
-    holes_block,
-    provenance_block,
-    remarks_block,
-)
+from hydrofdi.report.document import Block, FigureKind
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, ReportedRuns, joined
 from hydrofdi.settings.messages import convert
@@ -46,31 +38,21 @@ class StudyReport(StudyData):
     )
 
     def blocks(self) -> Iterator[Block | None]:
-        """The sections of the report."""
-        yield remarks_block(self.data)
+        """Its own sections."""
         if self.scenarios is not None:
-            yield from answers(Block("guarded", "Required claims, in all feasible scenarios", required(self)))
-            yield from doubts_blocks(self.data)
-            answer, controls = scenario_blocks(self.scenarios)
-            yield from answers(answer)
-            yield controls
+            title = "Required claims, in all feasible scenarios"
+            yield Block("guarded", title, required(self), is_answer=True)
+            yield from scenario_blocks(self.scenarios)
             yield indicators_block(self.indicators)
-            yield provenance_block(self.data)
             return
-        yield holes_block(self.data)
-        yield from doubts_blocks(self.data)
-        yield from (replace(block, is_answer=False) for block, _ in self.views)
+        yield from (block for block, _ in self.views)
         yield from table3_blocks(self)
         yield settled_block(self)
         yield table2_block(self)
-        standing, phases = standing_blocks(self) if self.has_baseline else (None, None)
         yield claims_block(self)
-        yield from answers(standing)
-        yield phases
+        yield standing_block(self) if self.has_baseline else None
         yield indicators_block(self.indicators)
-        figures = ("figure2", "figure3", "figure4")
-        yield Block("signals", "Signals and details", figures=figures)
-        yield provenance_block(self.data)
+        yield Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.
@@ -79,10 +61,7 @@ class StudyReport(StudyData):
         to in each scenario stands under ``scenarios``.
         """
         is_single = self.scenarios is None
-        record = self.general_record(with_rows=is_single)
-        for _, data in self.views:
-            record |= data
-        record |= {
+        record = self.general_record(with_rows=is_single) | {
             "claims": [claim_record(self, claim) for claim in self.claims],
             "guarded_claims": list(self.data.experiment.claims),
             "controls": {"sealed_alarms": alarm_records(self.sealed, self.standings) if is_single else []},
@@ -157,39 +136,21 @@ def required(study: StudyReport) -> tuple[str, ...]:
     return (f"The experiment file requires {joined([each.claim.id for each in study.guarded])}: {held}.",)
 
 
-def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
-    """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
+def standing_block(study: StudyReport) -> Block:
+    """At how many start phases claims and sealed alarms hold, as configured and settled."""
     sentences = {claim.id: f"{claim.id}: {claim.sentence}" for claim in CLAIMS}
     named = [] if study.grid.lack else [(sentences[each.name], each) for each in study.claim_outcomes]
     named += [(f"d3 alarm at {outcome.name} without a leak", outcome) for outcome in study.alarm_outcomes]
-    rows: dict[str, dict[str, Any]] = {}
-    survival: dict[str, dict[str, Any]] = {}
+    rows: dict[str, dict[str, str | None]] = {}
     for name, each in named:
-        lead = "" if each.records == study.standings[0].title else f"{each.records} "
-        phases = f"{each.held} of {each.of}" if each.of else None
-        ends = {"least": each.spread["least"], "largest": each.spread["largest"], "number": each.number}
-        row = rows.setdefault(name, {"what": name}) | {f"{lead}phases": phases}
-        rows[name] = row | {f"{lead}{key}": number for key, number in ends.items()}
-        survival.setdefault(name, {"claim": name})[each.records] = phases
-    note = (
-        "Phases in which it holds. Least, largest: margins in percentage points, δd3 in percent. Phase p: the"
-        " record from its sample p on; phases of settled records repeat if a period has fewer samples."
-        " Number: at the configured phase; of settled records that of the undecimated transform, free of"
-        " boundaries, which holds all phases."
-    )
-    title = "Margins of the claims and δd3 of the sealed alarms over the start phases"
-    table = Table.of_records([*rows.values()], title=title, key="phases-numbers", notes=(note,))
+        row = rows.setdefault(name, {"claim": name})
+        row[each.records.replace(" ", "_")] = f"{each.held} of {each.of}" if each.of else None
     has_phases = study.standings[0].n_phase > 1
     said = [] if has_phases else [_ONE_PHASE]
     said += [_UNSETTLED] if len(study.standings) == 1 else []
-    held = Table.of_records(
-        [*survival.values()] if has_phases else [], title="Start phases at which it holds"
-    )
-    title = "Claims and the sealed alarm over the start phases"
-    return (
-        Block("standing", "What survives: start phases and settled records", tuple(said), (held,)),
-        Block("phases", title, (), (table,), ("phases",) if has_phases else ()),
-    )
+    held = Table.of_records([*rows.values()] if has_phases else [], title="Start phases at which it holds")
+    title, figures = "What survives: start phases and settled records", ("phases",) if has_phases else ()
+    return Block("standing", title, tuple(said), (held,), figures, is_answer=True)
 
 
 def alarm_verdicts(delta: Array) -> list[bool | None]:
@@ -230,14 +191,10 @@ def settled_block(study: StudyReport) -> Block | None:
     """The same table of the settled records; None if no run has settled."""
     if not (study.table.has_settled and study.baselines):
         return None
-    is_periodic = study.data.experiment.nominal_parameters.samples_per_period is not None
-    records = (
-        "whole periods that agree with the last one, extended periodically"
-        if is_periodic
-        else "what analysis.discard leaves, whose start may not have settled because the input has no period"
-    )
     sentence = (
-        f"From the undecimated transform of {records}: independent of the start sample and of an extension."
+        "From the undecimated transform of whole periods that agree with the last one, extended periodically:"
+        " independent of the start sample and of an extension. Without a period, of what analysis.discard"
+        " leaves, whose start may not have settled."
     )
     tables = study.delta_tables("settled", names.SETTLED_DETAIL_RMS, "Settled: ")
     return Block("settled", "The same of settled records, all start phases together", (sentence,), tables)

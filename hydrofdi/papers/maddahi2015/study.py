@@ -7,63 +7,30 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.values import shown_value, shown_values
+from hydrofdi.config.values import shown_values
 from hydrofdi.evaluation.rates import Rate
-from hydrofdi.papers.maddahi2015.claims import (
-    ABSENT,
-    CLAIMS,
-    D3,
-    ClaimResult,
-    Mask,
-    ModeGrid,
-    PhaseCount,
-    Standing,
-    arrange_modes,
-    leaks_out_more,
-    standings,
-)
+from hydrofdi.papers.maddahi2015 import claims as paper
 from hydrofdi.report.composition import Report
 from hydrofdi.report.document import Block
-from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
 from hydrofdi.report.runs import ReportedRuns, joined, modulus_text, normal_bulk_modulus
 from hydrofdi.settings.messages import HOLE, counted
 from hydrofdi.store import names
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import MISSING
-from hydrofdi.store.verdicts import DOUBTS
-from hydrofdi.tables.table import Table, group_breaks
+from hydrofdi.tables.table import Table
 
 CORE = ("C1", "C2", "C3", "C4")
 """The claims that carry the paper's conclusion."""
 
-_EVERY = tuple(claim.id for claim in CLAIMS)
+_EVERY = tuple(claim.id for claim in paper.CLAIMS)
 
 CLAIM_SETS = {name: (name,) for name in _EVERY} | {"C1–C4": CORE, "C1–C5": _EVERY[:5], "C1–C6": _EVERY}
 """Name → claims: each by itself, then together."""
-
-
-class ValueShare(NamedTuple):
-    """The scenarios with one value of a parameter, or of several that vary together, or with one range.
-
-    `values` are in SI, one for each parameter, or the ends of the range; `members` has shape (n_scenario,).
-    """
-
-    parameters: tuple[str, ...]
-    values: tuple[Any, ...]
-    is_range: bool
-    members: Mask
-
-    @property
-    def text(self) -> str:
-        """The value or range, with its unit."""
-        if self.is_range:
-            return shown_value(self.parameters[0], {"uniform": self.values})
-        return ", ".join(map(shown_value, self.parameters, self.values))
 
 
 @dataclass(frozen=True)
@@ -74,33 +41,21 @@ class ScenarioStudy:
     """
 
     data: ExperimentData
-    grid: ModeGrid
-    standings: tuple[Standing, ...]
+    grid: paper.ModeGrid
+    standings: tuple[paper.Standing, ...]
 
     @property
-    def configured(self) -> Standing:
+    def configured(self) -> paper.Standing:
         """The records as configured."""
         return self.standings[0]
-
-    @cached_property
-    def _runs(self) -> list[NDArray[np.int64]]:
-        """Rows of the runs of each scenario."""
-        return [positions[positions != ABSENT] for positions in self.grid.positions]
 
     @cached_property
     def outcomes(self) -> tuple[str, ...]:
         """``ok`` where all runs of a scenario succeeded, else the status of the first that did not."""
         statuses = self.data.columns[names.STATUS].astype(str)
-        bad = [[status for status in statuses[own].tolist() if status != "ok"] for own in self._runs]
-        return tuple(MISSING if MISSING in own else next(iter(own), "ok") for own in bad)
-
-    @property
-    def doubts(self) -> dict[str, Mask]:
-        """Word of a verdict → the scenarios with a run that it was given to, shape (n_scenario,)."""
-        verdicts = self.data.columns[names.VERDICT].astype(str)
-        given = {word: np.char.find(verdicts, word) >= 0 for word in DOUBTS}
-        masks = {word: np.array([has[own].any() for own in self._runs]) for word, has in given.items()}
-        return {word: mask for word, mask in masks.items() if mask.any()}
+        own = (statuses[positions[positions != paper.ABSENT]] for positions in self.grid.positions)
+        bad = [[status for status in each.tolist() if status != "ok"] for each in own]
+        return tuple(MISSING if MISSING in each else next(iter(each), "ok") for each in bad)
 
     @property
     def is_drawn(self) -> bool:
@@ -117,7 +72,7 @@ class ScenarioStudy:
         return np.array(_codes([tuple(each[name] for name in sample.over) for each in self.grid.scenarios]))
 
     @cached_property
-    def feasible(self) -> Mask:
+    def feasible(self) -> paper.Mask:
         """Scenarios of which all runs succeeded."""
         return np.array([outcome == "ok" for outcome in self.outcomes])
 
@@ -126,19 +81,19 @@ class ScenarioStudy:
         """Status → number of scenarios that it made infeasible, or that are not computed yet."""
         return dict(sorted(Counter(outcome for outcome in self.outcomes if outcome != "ok").items()))
 
-    def share(self, outcomes: Mask, members: Mask) -> Rate:
+    def share(self, outcomes: paper.Mask, members: paper.Mask) -> Rate:
         """Share of outcomes among some scenarios; `outcomes` has shape (n_scenario, ...)."""
         kept = outcomes[members]
         per_scenario = kept.size // max(1, len(kept))
         return clustered_share(kept.ravel(), np.repeat(self.draws[members], per_scenario))
 
-    def reproducing(self, claims: Sequence[str]) -> Mask:
+    def reproducing(self, claims: Sequence[str]) -> paper.Mask:
         """Feasible scenarios in which all of these claims hold."""
         return self.feasible & self.configured.held(claims)
 
-    def decided(self, claims: Sequence[str]) -> Mask:
+    def decided(self, claims: Sequence[str]) -> paper.Mask:
         """Feasible scenarios that say whether all of these claims hold: they do, or one of them does not."""
-        failed: Mask = np.any([self.configured.margins[claim] <= 0.0 for claim in claims], axis=0)
+        failed: paper.Mask = np.any([self.configured.margins[claim] <= 0.0 for claim in claims], axis=0)
         return (self.feasible & failed) | self.reproducing(claims)
 
     def is_open(self, claims: Sequence[str]) -> bool:
@@ -146,37 +101,21 @@ class ScenarioStudy:
         untested = [np.isnan(self.configured.margins[claim][self.feasible]).all() for claim in claims]
         return any(untested) and not np.array_equal(self.decided(claims), self.feasible)
 
-    def count(self, claims: Sequence[str], members: Mask) -> int | None:
-        """How many of these scenarios reproduce claims; None if they are open."""
-        return None if self.is_open(claims) else int((members & self.reproducing(claims)).sum())
-
-    def count_always(self, claims: Sequence[str]) -> int | None:
-        """Feasible scenarios that reproduce claims at every start phase; None if they are open."""
-        always = self.configured.phases_held(claims) == self.configured.n_phase
-        return None if self.is_open(claims) else int((self.feasible & always).sum())
-
-    def count_settled(self, claims: Sequence[str]) -> int | None:
-        """Feasible scenarios that reproduce claims in their settled records; None if there are none."""
-        counts = [int((self.feasible & each.held(claims)).sum()) for each in self.standings[1:]]
-        return counts[0] if counts else None
+    def counts(self, claims: Sequence[str]) -> dict[str, int | None]:
+        """Feasible scenarios that reproduce claims as configured, at all phases, settled; None if open."""
+        configured, is_open = self.configured, self.is_open(claims)
+        held = {
+            "reproducing": configured.held(claims),
+            "reproducing_in_all_phases": configured.phases_held(claims) == configured.n_phase,
+        }
+        for settled in self.standings[1:]:
+            held["reproducing_settled"] = settled.held(claims)
+        return {name: None if is_open else int((self.feasible & each).sum()) for name, each in held.items()}
 
     @cached_property
-    def value_shares(self) -> tuple[ValueShare, ...]:
-        """The scenarios by the values of each parameter; parameters that vary together count as one."""
-        groups: dict[tuple[int, ...], list[str]] = {}
-        for name in self.grid.scenarios[0]:
-            codes = _codes([scenario[name] for scenario in self.grid.scenarios])
-            is_few = max(codes) < MOST_VALUES
-            groups.setdefault(codes if is_few else (len(groups), -1), []).append(name)
-        return tuple(share for group in groups.values() for share in self._shares(tuple(group)))
-
-    def _shares(self, group: tuple[str, ...]) -> list[ValueShare]:
-        rows = [tuple(scenario[name] for name in group) for scenario in self.grid.scenarios]
-        different = sorted(set(rows), key=_order)
-        if len(different) <= MOST_VALUES:
-            return [ValueShare(group, row, False, np.array([r == row for r in rows])) for row in different]
-        parts = fifths(np.array([row[0] for row in rows], dtype=float))
-        return [ValueShare(group, (low, high), True, members) for low, high, members in parts]
+    def groups(self) -> dict[str, paper.Mask]:
+        """Scenarios whose sealed actuators are compared."""
+        return {"feasible": self.feasible, "C4": self.reproducing(("C4",)), "C1–C4": self.reproducing(CORE)}
 
 
 def _codes(values: Sequence[Any]) -> tuple[int, ...]:
@@ -185,17 +124,12 @@ def _codes(values: Sequence[Any]) -> tuple[int, ...]:
     return tuple(order.setdefault(value, len(order)) for value in values)
 
 
-def _order(row: tuple[Any, ...]) -> tuple[bool, float, str]:
-    is_text = row[0] is None or isinstance(row[0], str)
-    return is_text, 0.0 if is_text else float(row[0]), str(row[0])
-
-
 def wilson_interval(share: float, n: float) -> tuple[float, float]:
     """95 % score interval of a share of `n` independent draws.
 
     Wilson, Journal of the American Statistical Association 22 (1927) 209.
     """
-    z = Z_95
+    z = 1.959963984540054
     centre = share + z * z / (2.0 * n)
     spread = z * math.sqrt(share * (1.0 - share) / n + z * z / (4.0 * n * n))
     scale = 1.0 + z * z / n
@@ -212,57 +146,38 @@ def clustered_share(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArr
     total = int(outcomes.size)
     if not total:
         return Rate(0, 0, 0, math.nan, math.nan, 0.95)
-    count = int(outcomes.sum())
-    low, high = wilson_interval(count / total, _effective_number(outcomes, clusters))
-    return Rate(count, total, 0, low, high, 0.95)
-
-
-def _effective_number(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArray[np.int64]) -> float:
     _, cluster = np.unique(np.asarray(clusters), return_inverse=True)
     hits, sizes = np.bincount(cluster, outcomes), np.bincount(cluster)
-    n_cluster, total, share = hits.size, outcomes.size, float(outcomes.mean())
-    if n_cluster == 1:
-        return 1.0
-    variance = n_cluster / (n_cluster - 1) * float(np.sum((hits - share * sizes) ** 2)) / total**2
-    if variance < 1e-24:
-        return float(n_cluster)
-    return min(float(total), share * (1.0 - share) / variance)
+    n_cluster, count, share = hits.size, int(outcomes.sum()), float(outcomes.mean())
+    effective = float(n_cluster)
+    if n_cluster > 1:
+        variance = n_cluster / (n_cluster - 1) * float(np.sum((hits - share * sizes) ** 2)) / total**2
+        if variance >= 1e-24:
+            effective = min(float(total), share * (1.0 - share) / variance)
+    low, high = wilson_interval(count / total, effective)
+    return Rate(count, total, 0, low, high, 0.95)
 
 
 def scenarios_record(study: ScenarioStudy) -> dict[str, Any]:
     """Counts over all scenarios, and each scenario by itself, for programs."""
-    sets, feasible = CLAIM_SETS.items(), study.feasible
-    groups = {"feasible": feasible, "C1–C4": study.reproducing(CORE), "C4": study.reproducing(("C4",))}
-    settled = {name: study.count_settled(claims) for name, claims in sets}
+    counts = {name: study.counts(claims) for name, claims in CLAIM_SETS.items()}
     everywhere = study.configured.alarms_everywhere.items()
     return {
         "scenarios": len(study.outcomes),
-        "feasible": int(feasible.sum()),
+        "feasible": int(study.feasible.sum()),
         "infeasible": study.obstacles,
-        "reproducing": {name: study.count(claims, feasible) for name, claims in sets},
-        "values": [
-            {
-                "parameters": list(value.parameters),
-                "range" if value.is_range else "values": list(value.values),
-                "scenarios": int(value.members.sum()),
-                "feasible": int((value.members & feasible).sum()),
-                "reproducing": {name: study.count(claims, value.members) for name, claims in sets},
-            }
-            for value in study.value_shares
-        ],
         "phases": study.configured.n_phase,
-        "reproducing_in_all_phases": {name: study.count_always(claims) for name, claims in sets},
-        "reproducing_settled": settled if len(study.standings) > 1 else None,
-        "doubtful": {word: int((mask & feasible).sum()) for word, mask in study.doubts.items()},
+        "reproducing_settled": None,
+        **{key: {name: own[key] for name, own in counts.items()} for key in counts["C1"]},
         "sealed_alarms": {
             name: {key: _share_record(study, outcomes, members) for key, outcomes in everywhere}
-            for name, members in groups.items()
+            for name, members in study.groups.items()
         },
         "members": _members(study),
     }
 
 
-def _share_record(study: ScenarioStudy, outcomes: Mask, members: Mask) -> dict[str, Any]:
+def _share_record(study: ScenarioStudy, outcomes: paper.Mask, members: paper.Mask) -> dict[str, Any]:
     share = study.share(outcomes, members)
     interval = [share.low, share.high] if study.is_drawn else None
     return {"count": share.count, "of": share.total, "interval_95": interval}
@@ -287,22 +202,19 @@ def _members(study: ScenarioStudy) -> list[dict[str, Any]]:
 
 
 def scenario_blocks(study: ScenarioStudy) -> tuple[Block, Block]:
-    """How many scenarios are feasible and reproduce each claim, and which values carry that; the controls."""
+    """How many scenarios are feasible and reproduce each claim; the controls."""
     reasons = joined([f"{status} in {count}" for status, count in study.obstacles.items()])
     rest = f"; the others have runs without results: {reasons}" if reasons else ""
     n_feasible, n_scenario = int(study.feasible.sum()), counted(len(study.outcomes), "different scenario")
     title = "Scenarios: how much depends on what is not known"
-    said, tables = (
-        f"{n_feasible:,} of {n_scenario} are feasible{rest}.",
-        (_claims_table(study), _values_table(study)),
-    )
+    said = f"{n_feasible:,} of {n_scenario} are feasible{rest}."
     return (
-        Block("scenarios", title, (said,), tables),
+        Block("scenarios", title, (said,), (_claims_table(study),), is_answer=True),
         Block("scenarios-controls", "Controls over the scenarios", (), (_alarms_table(study),)),
     )
 
 
-def _share(study: ScenarioStudy, outcomes: Mask, members: Mask) -> str:
+def _share(study: ScenarioStudy, outcomes: paper.Mask, members: paper.Mask) -> str:
     """A share in percent, with the interval of independent draws; a hole if there is nothing to share."""
     share = study.share(outcomes, members)
     interval = f" ({100.0 * share.low:.1f}–{100.0 * share.high:.1f})" if study.is_drawn else ""
@@ -310,19 +222,20 @@ def _share(study: ScenarioStudy, outcomes: Mask, members: Mask) -> str:
 
 
 def _claims_table(study: ScenarioStudy) -> Table:
-    rows, sentences = [], {claim.id: claim.sentence for claim in CLAIMS}
+    rows, sentences = [], {claim.id: claim.sentence for claim in paper.CLAIMS}
     for name, claims in CLAIM_SETS.items():
-        held, is_open = study.reproducing(claims), study.is_open(claims)
+        held, counts = study.reproducing(claims), study.counts(claims)
         phases, n_phase = study.configured.phases_held(claims)[held], study.configured.n_phase
+        is_open = counts["reproducing"] is None
         rows.append(
             {
                 "claim": name,
                 "sentence": sentences.get(name, "all of them"),
-                "scenarios": study.count(claims, study.feasible),
+                "scenarios": counts["reproducing"],
                 "share": None if is_open else _share(study, held, study.decided(claims)),
-                "in all phases": study.count_always(claims),
+                "in all phases": counts["reproducing_in_all_phases"],
                 "phases kept": f"{float(np.median(phases)):g} of {n_phase}" if held.any() else None,
-                "settled": None if is_open else study.count_settled(claims),
+                "settled": counts.get("reproducing_settled"),
             }
         )
     note = (
@@ -331,38 +244,11 @@ def _claims_table(study: ScenarioStudy) -> Table:
         " Intervals, of random draws alone: 95 %, Wilson's, for dependent scenarios of one draw."
     )
     title = "Scenarios that reproduce the claims"
-    return Table.of_records(rows, title=title, key="scenarios-claims", notes=(note,), breaks=(len(CLAIMS),))
-
-
-def _values_table(study: ScenarioStudy) -> Table:
-    rows = []
-    for value in study.value_shares:
-        row: dict[str, Any] = {
-            "parameter": ", ".join(value.parameters),
-            "value": value.text,
-            "scenarios": int(value.members.sum()),
-            "feasible": int((value.members & study.feasible).sum()),
-        }
-        for name in ("C1–C4", "C1–C6"):
-            claims = CLAIM_SETS[name]
-            decided = value.members & study.decided(claims)
-            row[name] = study.count(claims, value.members)
-            share = None if study.is_open(claims) else _share(study, study.reproducing(claims), decided)
-            row[f"share of {name}"] = share
-        rows.append(row)
-    note = "Shares: of the feasible scenarios with this value. Ranges are fifths of the scenarios."
-    breaks, title = group_breaks([row["parameter"] for row in rows]), "Which values decide it"
-    return Table.of_records(rows, title=title, key="scenarios-values", notes=(note,), breaks=breaks)
+    breaks = (len(_EVERY),)
+    return Table.of_records(rows, title=title, key="scenarios-claims", notes=(note,), breaks=breaks)
 
 
 def _alarms_table(study: ScenarioStudy) -> Table:
-    fourth = study.reproducing(("C4",))
-    groups = {
-        "all feasible": study.feasible,
-        "C4 holds": fourth,
-        "C4 fails": study.decided(("C4",)) & ~fourth,
-        "C1–C4 hold": study.reproducing(CORE),
-    }
     moduli = [modulus_text(study.grid.bulk_moduli[b]) for b in study.grid.raised]
     outcomes = dict(zip(moduli, study.configured.alarms(study.configured.shown).T, strict=True))
     for standing in study.standings:
@@ -370,7 +256,7 @@ def _alarms_table(study: ScenarioStudy) -> Table:
     rows = [
         {"scenarios": name, "number": int(members.sum())}
         | {title: _share(study, each, members) for title, each in outcomes.items()}
-        for name, members in groups.items()
+        for name, members in study.groups.items()
     ]
     title = "The d3 rule on the sealed actuator: share of scenarios with an alarm at an EBM, or at all"
     return Table.of_records(rows, title=title, key="scenarios-alarms")
@@ -381,14 +267,14 @@ class StudyData(Report):
     """The numbers of the paper's study beside those of any experiment."""
 
     @cached_property
-    def grid(self) -> ModeGrid:
+    def grid(self) -> paper.ModeGrid:
         """The leaky modes."""
-        return arrange_modes(self.data)
+        return paper.arrange_modes(self.data)
 
     @cached_property
-    def standings(self) -> tuple[Standing, ...]:
+    def standings(self) -> tuple[paper.Standing, ...]:
         """The ways to look at the records: as configured, and settled if any run is."""
-        return tuple(standings(self.grid, self.data))
+        return tuple(paper.standings(self.grid, self.data))
 
     @cached_property
     def scenarios(self) -> ScenarioStudy | None:
@@ -399,7 +285,7 @@ class StudyData(Report):
     @cached_property
     def _compared(self) -> ReportedRuns:
         """The runs without further external leakage, by what else varies, leakage and EBM."""
-        kept = self.table.of(~leaks_out_more(self.data)[self.table.positions])
+        kept = self.table.of(~paper.leaks_out_more(self.data)[self.table.positions])
         varied = tuple(name for name in kept.label_names if len(set(kept.values(name))) > 1)
         kept = replace(kept, label_names=varied)
         codes = np.array(_codes([tuple(each.values()) for each in kept.labels]))
@@ -410,7 +296,7 @@ class StudyData(Report):
         """The sealed runs above the normal EBM, which the d3 rule is tried on."""
         runs = self._compared
         is_raised = runs[names.BULK_MODULUS] > normal_bulk_modulus(self.data)
-        return runs.of(runs.is_sealed & is_raised & (runs.n_level > D3))
+        return runs.of(runs.is_sealed & is_raised & (runs.n_level > paper.D3))
 
     @cached_property
     def looked_at(self) -> Sequence[int]:
@@ -421,29 +307,29 @@ class StudyData(Report):
         return feasible
 
     @cached_property
-    def claims(self) -> tuple[ClaimResult, ...]:
+    def claims(self) -> tuple[paper.ClaimResult, ...]:
         """The result of every claim."""
-        shown = self.standings[0].shown
-        return tuple(ClaimResult(each, each.checks(self.grid, shown), self.looked_at) for each in CLAIMS)
+        pairs = ((each, each.checks(self.grid, self.standings[0].shown)) for each in paper.CLAIMS)
+        return tuple(paper.ClaimResult(each, checks, self.looked_at) for each, checks in pairs)
 
     @property
-    def guarded(self) -> tuple[ClaimResult, ...]:
+    def guarded(self) -> tuple[paper.ClaimResult, ...]:
         """The claims that the experiment file lists."""
         listed = self.data.experiment.claims
         return tuple(result for result in self.claims if result.claim.id in listed)
 
     @cached_property
-    def claim_outcomes(self) -> list[PhaseCount]:
+    def claim_outcomes(self) -> list[paper.PhaseCount]:
         """How claims stand over the start phases, in each way to look at the records."""
-        return [standing.claim(claim.id, self.looked_at) for standing in self.standings for claim in CLAIMS]
+        return [standing.claim(claim, self.looked_at) for standing in self.standings for claim in _EVERY]
 
     @cached_property
-    def alarm_outcomes(self) -> list[PhaseCount]:
+    def alarm_outcomes(self) -> list[paper.PhaseCount]:
         """How the alarms on the sealed actuator stand over the start phases."""
         return [outcome for standing in self.standings for outcome in sealed_outcomes(self.sealed, standing)]
 
 
-def sealed_outcomes(sealed: ReportedRuns, standing: Standing) -> list[PhaseCount]:
+def sealed_outcomes(sealed: ReportedRuns, standing: paper.Standing) -> list[paper.PhaseCount]:
     """Where the d3 rule alarms, by δd3, at each EBM and further parameters."""
     return [
         standing.alarm(", ".join(filter(None, [modulus_text(modulus), shown_values(labels)])), position)

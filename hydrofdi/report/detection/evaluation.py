@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.evaluation.scores import Kind, comparable
@@ -132,26 +131,21 @@ class Evaluation(Answer):
     def pairs(self) -> Table:
         """A row for two healthy groups, those first that the best score tells apart best.
 
-        The threshold of ``fit_group`` is tested on ``test_group``. If no alarms are counted, both groups are
-        listed once, and the second reads higher.
+        The threshold of ``fit_group`` is tested on ``test_group``.
         """
         pairs = [pair for best in self.detection.judgements[:1] for pair in best.healthy_pairs]
         pairs.sort(key=lambda pair: -abs(comparable(pair.area.value - 0.5)))
-        has_alarms = any(pair.rate is not None for pair in pairs)
-        if not has_alarms:
-            pairs = [pair for pair in pairs if (pair.area.value, pair.fit_group) > (0.5, pair.test_group)]
-        titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
         areas, rates = [pair.area for pair in pairs], [pair.rate for pair in pairs]
         texts = [_area_text(area.value, area.low, area.high) for area in areas]
         return Table(
             (
-                Column("fit_group", [pair.fit_group for pair in pairs], title=titles[0], is_text=True),
-                Column("test_group", [pair.test_group for pair in pairs], title=titles[1], is_text=True),
+                Column("fit_group", [pair.fit_group for pair in pairs], title="threshold of", is_text=True),
+                Column("test_group", [pair.test_group for pair in pairs], title="tested", is_text=True),
                 Column("auc", [area.value for area in areas], title="AUC", text=texts),
                 Column("auc_low", [area.low for area in areas], is_shown=False),
                 Column("auc_high", [area.high for area in areas], is_shown=False),
-                Column("alarms", [r and r.count for r in rates], title="false alarms", is_shown=has_alarms),
-                Column("n", [r and r.total for r in rates], title="of", is_shown=has_alarms),
+                Column("alarms", [r and r.count for r in rates], title="false alarms"),
+                Column("n", [r and r.total for r in rates], title="of"),
             ),
             title=f"Healthy groups against each other by {self.best}: none of them leaks",
             n_lead=2,
@@ -220,7 +214,7 @@ class Evaluation(Answer):
         from hydrofdi.report.detection.report import DetectionReport
         from hydrofdi.report.figures import draw_figure
 
-        return draw_figure(DetectionReport("evaluation", Path(), (self.detection,)), figure)
+        return draw_figure(DetectionReport((self.detection,)), figure)
 
 
 def _area_text(value: float, low: float, high: float) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.charts import AlarmLimit, Delays
+from hydrofdi.detectors.charts import AlarmLimit
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection import wording
 from hydrofdi.settings.messages import convert
@@ -58,13 +58,14 @@ def design_record(detection: Detection) -> dict[str, Any]:
 
 def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
     unit, scored, threshold = wording.severity_unit(detection), judgement.scored, judgement.threshold
-    records, is_labelled = detection.records, detection.records.is_labelled
+    records = detection.records
     lines = [_outcome_record(detection, judgement, outcome) for outcome in judgement.outcomes]
     levels = [
-        (level, line, {"population": line["population"]} if is_labelled else {})
+        (level, line, {name: line[name] for name in ("population", unit.key)})
         for level, line in zip(judgement.outcomes, lines, strict=True)
         if level.population.kind is Kind.FAULT
     ]
+    missing = {each.name: records.n_missing(scored, each) for each in records.populations}
     record: dict[str, Any] = {
         "indicator": scored.name,
         "channels": list(scored.channels),
@@ -79,18 +80,14 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         ],
         "keeps_false_alarm_rate": judgement.keeps_its_rate,
         "auc": [
-            {**named, unit.key: line[unit.key]} | numbers(level.area, *_INTERVAL)
-            for level, line, named in levels
-            if level.area is not None
+            named | numbers(level.area, *_INTERVAL) for level, _, named in levels if level.area is not None
         ],
         "pod": [
             {
                 **named,
-                unit.key: line[unit.key],
                 f"true_mean_{unit.key}": finite(unit.value(level.severity)),
                 "detected": line["alarms"],
-                **{name: line[name] for name in ("n", "not_measurable")},
-                **({name: line[name] for name in ("rate", "low", "high")} if is_labelled else {}),
+                **{name: line[name] for name in ("n", "not_measurable", "rate", "low", "high")},
             }
             for level, line, named in levels
             if level.found is not None
@@ -102,6 +99,15 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         "nuisances": nuisance_records(detection, scored.name),
         "refusals": list(judgement.refusals),
         "remarks": [*judgement.remarks, *([scored.note] if scored.note else [])],
+        "without_number": {name: count for name, count in missing.items() if count},
+        "stands_clear": judgement.stands_clear,
+        "healthy_against_healthy": [
+            {"fit_group": each.fit_group, "test_group": each.test_group}
+            | numbers(each.area, *_INTERVAL)
+            | {"n_healthy": each.area.n_healthy, "n": each.area.n_faulty}
+            | {"alarms": each.rate and each.rate.count, "refusal": each.refusal or None}
+            for each in judgement.healthy_pairs
+        ],
     }
     for name in _FOUND:
         bound = judgement.smallest.get(name)
@@ -109,17 +115,6 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         record[f"{name}{unit.suffix}"] = value
         # On which side of the tested severities it lies, and what it is from.
         record |= {f"{name}_place": bound and bound.place, f"{name}_from": bound and bound.source}
-    if is_labelled:
-        missing = {each.name: records.n_missing(scored, each) for each in records.populations}
-        record["without_number"] = {name: count for name, count in missing.items() if count}
-        record["stands_clear"] = judgement.stands_clear
-        record["healthy_against_healthy"] = [
-            {"fit_group": each.fit_group, "test_group": each.test_group}
-            | numbers(each.area, *_INTERVAL)
-            | {"n_healthy": each.area.n_healthy, "n": each.area.n_faulty}
-            | {"alarms": each.rate and each.rate.count, "refusal": each.refusal or None}
-            for each in judgement.healthy_pairs
-        ]
     return record
 
 
@@ -172,13 +167,7 @@ def detection_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]
 
 def _outcome_record(detection: Detection, judgement: Judgement, outcome: Outcome[Any]) -> dict[str, Any]:
     """Alarms of a population, a rate if the records suffice, and the area of a leak."""
-    unit, population, rate, area = (
-        wording.severity_unit(detection),
-        outcome.population,
-        outcome.found,
-        outcome.area,
-    )
-    stated = rate if rate is not None and not outcome.is_counted else None
+    unit, population, rate = wording.severity_unit(detection), outcome.population, outcome.found
     return {
         "population": population.name,
         "kind": str(population.kind),
@@ -186,8 +175,8 @@ def _outcome_record(detection: Detection, judgement: Judgement, outcome: Outcome
         "alarms": rate and rate.count,
         "n": rate and rate.total,
         "not_measurable": detection.records.n_missing(judgement.scored, population),
-        **_named(("rate", "low", "high"), stated),
-        **_named(("auc", "auc_low", "auc_high"), area),
+        **_named(("rate", "low", "high"), None if outcome.is_counted else rate),
+        **_named(("auc", "auc_low", "auc_high"), outcome.area),
     }
 
 
@@ -203,17 +192,8 @@ def run_length_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
         {
             **chart_record(chart),
             **numbers(chart, "centre", "spread"),
-            "false_alarms": [
-                {"population": each.population.name, "kind": str(each.population.kind)}
-                | _chart_outcome(detection, chart, each)
-                for each in chart.outcomes
-                if isinstance(each.found, AlarmLimit)
-            ],
-            "delays": [
-                {"population": each.population.name} | _chart_outcome(detection, chart, each)
-                for each in chart.outcomes
-                if isinstance(each.found, Delays)
-            ],
+            "false_alarms": [line for line in _chart_lines(detection, chart) if "alarms" in line],
+            "delays": [line for line in _chart_lines(detection, chart) if "found" in line],
             "design": design_record(detection),
             "refusals": list(chart.refusals),
         }
@@ -224,12 +204,8 @@ def run_length_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
 
 def run_length_lines(detection: Detection) -> Iterator[dict[str, Any]]:
     """Header → value, one line for each chart, limit and tested population, and for each with a refusal."""
-    unit = wording.severity_unit(detection)
     for chart in detection.charts:
-        for each in chart.outcomes:
-            named = {"population": each.population.name, "kind": str(each.population.kind)}
-            severity = {unit.key: unit.value(each.population.severity)}
-            yield chart_record(chart) | named | severity | _chart_outcome(detection, chart, each)
+        yield from (chart_record(chart) | line for line in _chart_lines(detection, chart))
         if chart.refusals:
             yield chart_record(chart)
 
@@ -246,29 +222,30 @@ def chart_record(chart: ChartJudgement) -> dict[str, Any]:
     }
 
 
-def _chart_outcome(
-    detection: Detection, chart: ChartJudgement, outcome: Outcome[AlarmLimit | Delays]
-) -> dict[str, Any]:
-    """False alarms of a population, or delays of its leaks."""
-    unit, asked, found = wording.severity_unit(detection), detection.rules, outcome.found
-    if isinstance(found, AlarmLimit):
-        return {
-            "alarms": found.n_alarm,
-            "hours": convert(found.duration, "h"),
-            **_times("between_alarms", "h", found.mean_time, found.low, found.high),
-            "keeps_false_alarm_rate": chart.keeps(found),
-        }
-    median, late = (found.quantile(share, confidence=asked.confidence) for share in (0.5, asked.probability))
-    return {
-        unit.key: unit.value(outcome.population.severity),
-        "true_mean_flow_after_onset_L_per_min": finite(convert(outcome.severity, "L/min")),
-        "found": int(np.isfinite(found.values).sum()),
-        "n": found.values.size,
-        "false_alarms_before_onset": int(found.n_early.sum()),
-        "not_measurable": found.not_measurable,
-        **_times("delay_median", "s", median.value, median.low, median.high),
-        **_times(f"delay_{100.0 * asked.probability:g}_percent", "s", late.value, late.low, late.high),
-    }
+def _chart_lines(detection: Detection, chart: ChartJudgement) -> Iterator[dict[str, Any]]:
+    """False alarms of each population, or delays of its leaks."""
+    unit, asked = wording.severity_unit(detection), detection.rules
+    late = f"delay_{100.0 * asked.probability:g}_percent"
+    for outcome in chart.outcomes:
+        population, found = outcome.population, outcome.found
+        line: dict[str, Any] = {"population": population.name, "kind": str(population.kind)}
+        line[unit.key] = unit.value(population.severity)
+        if isinstance(found, AlarmLimit):
+            line |= {"alarms": found.n_alarm, "hours": convert(found.duration, "h")}
+            line |= _times("between_alarms", "h", found.mean_time, found.low, found.high)
+            line["keeps_false_alarm_rate"] = chart.keeps(found)
+        else:
+            line |= {
+                "true_mean_flow_after_onset_L_per_min": finite(convert(outcome.severity, "L/min")),
+                "found": int(np.isfinite(found.values).sum()),
+                "n": found.values.size,
+                "false_alarms_before_onset": int(found.n_early.sum()),
+                "not_measurable": found.not_measurable,
+            }
+            for name, share in (("delay_median", 0.5), (late, asked.probability)):
+                delay = found.quantile(share, confidence=asked.confidence)
+                line |= _times(name, "s", delay.value, delay.low, delay.high)
+        yield line
 
 
 def _times(name: str, unit: str, *times: float) -> dict[str, float | None]:

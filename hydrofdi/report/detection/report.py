@@ -3,32 +3,19 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 from hydrofdi.report.detection import record, sections
-from hydrofdi.report.document import (
-    Block,
-    Document,
-    FigureKind,
-    answers,
-    document_of,
-    doubts_blocks,
-    holes_block,
-    provenance_block,
-    remarks_block,
-)
+from hydrofdi.report.document import Block, ComposedReport, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.names import MISSING, STATUS
 from hydrofdi.studies.detecting import judge_charts, judge_estimates, judge_study, winner
 from hydrofdi.studies.reading import uses_extra
 from hydrofdi.studies.records import Detection
-
-_LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
 
 def report_study(data: ExperimentData) -> DetectionReport:
@@ -39,7 +26,9 @@ def report_study(data: ExperimentData) -> DetectionReport:
     ReportError
         The experiment has no study, or its file does not contain the runs of its study.
     """
-    report = DetectionReport(data.experiment.name, data.path, judge_study(data), data)
+    if uses_extra(data.experiment.detection):
+        data = replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
+    report = DetectionReport(judge_study(data), data)
     if not report.has_results:
         return report
     charted = (replace(each, charts=tuple(judge_charts(data, each.records))) for each in report.detections)
@@ -47,7 +36,7 @@ def report_study(data: ExperimentData) -> DetectionReport:
 
 
 @dataclass(frozen=True)
-class DetectionReport:
+class DetectionReport(ComposedReport):
     """The report of a judged study, of simulated or measured records.
 
     Attributes
@@ -56,10 +45,10 @@ class DetectionReport:
         One for each design of the records; the sections show the first.
     """
 
-    name: str
-    path: Path
     detections: tuple[Detection, ...]
     data: ExperimentData | None = None
+
+    lead = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
     @cached_property
     def estimates(self) -> list[list[dict[str, Any]]]:
@@ -76,46 +65,20 @@ class DetectionReport:
         """Whether no record is still to come."""
         return self.data is None or self._n_computed == self.data.n_run
 
-    @property
-    def has_results(self) -> bool:
-        """Whether any record can be judged; otherwise the report says only what is missing."""
-        return self.data is None or bool((self.data.columns[STATUS].astype(str) == "ok").any())
-
-    @property
-    def usual_figure(self) -> str:
-        """The figure that is drawn by default."""
-        return "ranking"
-
-    @property
-    def _without_noise(self) -> tuple[str, ...]:
-        return sections.without_noise(self.data.experiment, self.detections[0]) if self.data else ()
-
-    def document(self) -> Document:
-        """The sections of the report."""
+    def blocks(self) -> Iterator[Block | None]:
+        """Its own sections."""
         first, data, is_complete = self.detections[0], self.data, self.is_complete
-        missing = (remarks_block(data), holes_block(data)) if data else ()
-        if data and uses_extra(data.experiment.detection):
-            data = replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})
-        after = (provenance_block(data),) if data else ()
-        if not self.has_results:
-            return document_of(self.name, _LEAD, (*answers(*missing), *after))
-        best = sections.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
-        blocks = (
-            *answers(*missing),
-            *(doubts_blocks(data) if data else ()),
-            *answers(best, self._training),
-            sections.populations_block(first, data.experiment if data else None),
-            sections.ranking_block(first),
-            sections.false_alarms_block(first),
-            sections.run_lengths_block(first) if first.charts and is_complete else None,
-            sections.levels_block(first),
-            sections.estimates_block(data, self.estimates[0]) if data else None,
-            sections.why_block(first) if is_complete else None,
-            sections.designs_block(self.detections) if is_complete else None,
-            sections.remarks_block(first),
-            *after,
-        )
-        return document_of(self.name, _LEAD, blocks)
+        yield sections.answer_block(first, is_complete=is_complete)
+        yield self._training
+        yield sections.populations_block(first, data.experiment if data else None)
+        yield sections.ranking_block(first)
+        yield sections.false_alarms_block(first)
+        yield sections.run_lengths_block(first) if first.charts and is_complete else None
+        yield sections.levels_block(first)
+        yield sections.estimates_block(data, self.estimates[0]) if data else None
+        yield sections.why_block(first) if is_complete else None
+        yield sections.designs_block(self.detections) if is_complete else None
+        yield sections.remarks_block(first)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -124,17 +87,12 @@ class DetectionReport:
         return {
             "experiment": self.name,
             "is_complete": self.is_complete,
-            "perfect_sensors": list(self._without_noise),
             **runs,
             "detection": [one for each in self.detections for one in record.detection_records(each)],
             "estimates": [row for rows in self.estimates for row in rows],
             "run_lengths": record.run_length_records(self.detections),
             "studies": [record.study_record(detection) for detection in self.detections],
         }
-
-    def wide(self) -> dict[str, list[Any]]:
-        """The same: a study has no levels."""
-        return self.columns()
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
@@ -160,8 +118,4 @@ class DetectionReport:
             return None
         folder = shlex.quote(str(self.data.path.parent))
         command = f"hydrofdi train {folder} --best --out detector.json"
-        return Block("train", "Train the winner", (f"train the winner: {command}",))
-
-    def checks(self) -> dict[str, bool | None]:
-        """Nothing: a study states no goals."""
-        return {}
+        return Block("train", "Train the winner", (f"train the winner: {command}",), is_answer=True)

@@ -6,6 +6,7 @@ import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.machine import REFERENCE_DROP
 from hydrofdi.config.values import shown_value, shown_values
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population, comparable
-from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
 from hydrofdi.report.detection.record import chart_record, nuisances, run_length_lines
 from hydrofdi.report.document import Block
@@ -22,7 +22,7 @@ from hydrofdi.report.runs import capitalized, joined
 from hydrofdi.settings.messages import HOLE, counted, two_digits
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.studies.detecting import ERROR, estimated
-from hydrofdi.studies.records import Detection, Judgement, Nuisance
+from hydrofdi.studies.records import SOUND, Detection, Judgement, Nuisance
 from hydrofdi.tables.table import Column, Table, group_breaks
 
 _MOST, _MOST_REMARKS = 5, 30
@@ -30,19 +30,22 @@ _MOST, _MOST_REMARKS = 5, 30
 
 _P_VALUE = re.compile(r" \(p = [^)]*\)")
 
+_SIGNS = (
+    f"≤: at most the smallest tested; >: not found up to the largest tested; {wording.FROM_LEVELS}: from the"
+    " tested levels, as no curve fits; !: more false alarms than set; ?: too few records to tell."
+)
+
 _TESTING = {Kind.HEALTHY: "healthy", Kind.FAULT: "leaking", Kind.SHIFT: "shifted"}
 
 
-def answer_block(
-    detection: Detection, *, is_complete: bool = True, without_noise: tuple[str, ...] = ()
-) -> Block:
+def answer_block(detection: Detection, *, is_complete: bool = True) -> Block:
     """What is found with which sensors, the sentence last; while runs are missing, the table alone."""
-    table, rests = _answer_table(detection), " ".join(_rests_on(detection, without_noise))
+    tables, rests = (_answer_table(detection),), " ".join(_rests_on(detection))
     if not is_complete:
-        return Block("answer", "Records so far", (rests,), (table,))
-    said = filter(None, (rests, answer_sentence(detection)))
+        return Block("answer", "Records so far", (rests,), tables, is_answer=True)
     figures = ("answer",) if wording.answers(detection) else ()
-    return Block("answer", "What is found", tuple(said), (table,), figures)
+    said = (rests, answer_sentence(detection))
+    return Block("answer", "What is found", said, tables, figures, is_answer=True)
 
 
 def _answer_table(detection: Detection) -> Table:
@@ -61,21 +64,12 @@ def _answer_table(detection: Detection) -> Table:
     if not math.isnan(unit.per_mean_flow):
         at_reference = [unit.found(each.bound, unit.per_mean_flow) for each in shown]
         columns.append(Column(f"At 8 MPa{unit.bracket}", at_reference))
-    for population in wording.tested(detection, Kind.HEALTHY)[:1]:
-        columns.append(Column("Alarms [%]", [wording.rate_text(each.of(population)) for each in shown]))
-    signs = {
-        "≤": "at most the smallest tested",
-        ">": "not found up to the largest tested",
-        wording.FROM_LEVELS: "from the tested levels, without a curve",
-        "!": "more false alarms than set",
-        "?": "too few records to tell its false alarms",
-    }
-    texts = "".join([*sizes, *(KEEPING[each.keeps_its_rate] for each in shown)])
-    note = ["Alarms: of healthy records", *(f"{sign} {signs[sign]}" for sign in signs if sign in texts)]
-    return Table(tuple(columns), key="best", notes=("; ".join(note) + ".",))
+    healthy = wording.tested(detection, Kind.HEALTHY)[:1]
+    columns += [_rates("Alarms [%]", shown, each) for each in healthy]
+    return Table(tuple(columns), key="best", notes=(f"Alarms: of healthy records. {_SIGNS}",))
 
 
-def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[str]:
+def _rests_on(detection: Detection) -> Iterator[str]:
     """Records and scores behind the answer."""
     records, judgements = detection.records, detection.judgements
     sizes: Counter[tuple[Kind, bool]] = Counter()
@@ -86,10 +80,9 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
         f"{sizes[Kind.HEALTHY, True]:,} healthy records set the thresholds; {joined(testing) or 'no'} records"
         " test them."
     )
-    n_kept = sum(judgement.keeps_its_rate is True for judgement in judgements)
-    n_open = sum(judgement.keeps_its_rate is None for judgement in judgements)
-    undecided = f"; {n_open} are undecided, as too few records test them" if n_open else ""
-    yield f"{n_kept} of {counted(len(judgements), 'score')} kept to the false-alarm rate{undecided}."
+    kept = Counter(judgement.keeps_its_rate for judgement in judgements)
+    undecided = f"; {kept[None]} are undecided, as too few records test them" if kept[None] else ""
+    yield f"{kept[True]} of {counted(len(judgements), 'score')} kept to the false-alarm rate{undecided}."
     tests = [kept for chart in detection.charts for kept in chart.kept]
     if n_broken := tests.count(False):
         yield f"Charts raise more false alarms than set in {n_broken} of {len(tests)} tests of their limits."
@@ -98,8 +91,6 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
         unit = wording.severity_unit(detection)
         found = f"{unit.found(of_all)} {unit.name}"
         yield f"Allowing for the choice of the best of {len(judgements)}: {found}."
-    if without_noise:
-        yield f"{joined(without_noise)} {'are' if len(without_noise) > 1 else 'is'} simulated without noise."
 
 
 def answer_sentence(detection: Detection) -> str:
@@ -110,17 +101,13 @@ def answer_sentence(detection: Detection) -> str:
         f"{wording.probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
         f" at {wording.false_alarms_in_words(asked.false_alarm_rate)}"
     )
-    found = (
-        *wording.answers(detection),
-        *(() if best else (each for each in detection.judgements if each.finds)),
-    )
-    if not found:
+    able = wording.answers(detection) if best else (each for each in detection.judgements if each.finds)
+    if (first := next(iter(able), None)) is None:
         largest = [unit.found(each.bound).removeprefix("> ") for each in best.values()][:1]
         none = [f"no {unit.quantity} up to {each} {unit.name}".rstrip() for each in largest]
         refusals = Counter(text for each in detection.judgements for text in each.refusals).most_common(1)
         why = (*none, *(text for text, _ in refusals), "no leaking record is tested")[0]
         return f"Nothing is found {terms}: {why}."
-    first, scored = found[0], found[0].scored
     mean, at_reference = (
         unit.found(first.bound, scale).removeprefix("≤ ").removesuffix(wording.FROM_LEVELS)
         for scale in (1.0, unit.per_mean_flow)
@@ -129,16 +116,15 @@ def answer_sentence(detection: Detection) -> str:
     size += " or less" if first.bound and first.bound.place == "below" else ""
     if not math.isnan(unit.per_mean_flow):
         size += f" in this motion ({at_reference} at 8 MPa)"
-    plain = scored.indicator.replace("_", " ")
-    name = f"the {plain} ({scored.name})" if plain not in ("", scored.indicator) else scored.name
-    needs = f"with {joined(wording.symbols(first))}, " if scored.channels else ""
+    needs = f"with {joined(wording.symbols(first))}, " if first.scored.channels else ""
     reservations = {
         True: "",
         None: f", but {counted(asked.records_for_false_alarms, 'record')} of each fault-free test population"
         " are needed to know its false-alarm rate",
         False: ", but exceeds its false-alarm rate; let study.population include the shifts that are normal",
     }
-    return f"{capitalized(f'{needs}{name} finds {size} {terms}{reservations[first.keeps_its_rate]}')}."
+    reservation = reservations[first.keeps_its_rate]
+    return f"{capitalized(f'{needs}{first.name} finds {size} {terms}{reservation}')}."
 
 
 def remarks_with_counts(detection: Detection) -> tuple[str, ...]:
@@ -181,9 +167,8 @@ def ranking_block(detection: Detection) -> Block:
     notes = [
         f"q90/95: upper bound with {100.0 * asked.confidence:g} % confidence on the {unit.quantity} found"
         f" with {100.0 * asked.probability:g} % probability; q90 and q50: estimates without confidence."
-        f" ≤: at most the smallest tested; >: not found up to the largest tested; {wording.FROM_LEVELS}: read"
-        " from the tested leaks, because no curve fitted (rounded up). False alarms: healthy test records at"
-        f" thresholds for {100.0 * asked.false_alarm_rate:g} %. ↑, ↓, ↕: alarm if it rises, falls, or either."
+        f" {_SIGNS} False alarms: of healthy test records, at thresholds for"
+        f" {100.0 * asked.false_alarm_rate:g} %. ↑, ↓, ↕: alarm if it rises, falls, or either."
     ]
     names = [f"{each.name} {_MARKS[each.direction]}{KEEPING[each.keeps_its_rate]}" for each in judgements]
     columns = [
@@ -194,9 +179,8 @@ def ranking_block(detection: Detection) -> Block:
         texts = [unit.found(each.smallest.get(name)) for each in judgements]
         best = _places(name == "q90_95" and each.name in detection.pareto for each in judgements)
         columns.append(Column(f"{title}{unit.bracket}", texts, strong=best))
-    for population in wording.tested(detection, Kind.HEALTHY)[:1]:
-        rates = [wording.rate_text(each.of(population)) for each in judgements]
-        columns.append(Column("False alarms [%]", rates))
+    healthy = wording.tested(detection, Kind.HEALTHY)[:1]
+    columns += [_rates("False alarms [%]", judgements, each) for each in healthy]
     for level in wording.chosen_levels(detection, 1):
         own = [each.of(level) for each in judgements]
         areas = [f"{each.area.value:.2f}" if each and each.area else HOLE for each in own]
@@ -222,29 +206,28 @@ def _foremost(detection: Detection, most: int) -> tuple[list[Judgement], Column]
 def false_alarms_block(detection: Detection) -> Block | None:
     """Rates on the healthy test records, each shift and each confusion; None if nothing was tested."""
     (shown, names), rules, total = _foremost(detection, _MOST_ALARMS), detection.rules, detection.judgements
-    interval = f"In parentheses the {100.0 * rules.confidence:g} % interval (Clopper and Pearson)."
+    populations = wording.tested(detection, *SOUND)
+    if not populations:
+        return None
+    columns = []
+    for each in populations:
+        strong = _places(each in judgement.exceeded for judgement in shown)
+        columns.append(replace(_rates(f"{each.name} [%]", shown, each), strong=strong))
     left_out = f" {len(shown)} of {counted(len(total), 'score')}; CSV and JSON have all."
-    notes = (interval + (left_out if len(shown) < len(total) else ""),)
-    tables = [
-        Table((names, *(_alarms(f"{each.name} [%]", shown, each) for each in populations)), title, key, notes)
-        for key, title, kinds in (
-            ("shifts", "Fresh healthy records and shifts", (Kind.HEALTHY, Kind.SHIFT)),
-            ("confusions", "Other faults", (Kind.CONFUSION,)),
-        )
-        if (populations := wording.tested(detection, *kinds))
-    ]
     sentence = (
         f"Thresholds are set for {100.0 * rules.false_alarm_rate:g} % on healthy fit records. Bold (in plain"
         f" text *): significantly more alarms than the threshold allows ({100.0 * rules.confidence:g} %"
         " confidence). A score without false alarms in a shift is of use only where it finds leaks as well."
+        f" In parentheses the {100.0 * rules.confidence:g} % interval (Clopper and Pearson)."
+        f"{left_out if len(shown) < len(total) else ''}"
     )
-    figures = ("false_alarms", "densities")
-    return Block("false-alarms", "False alarms", (sentence,), tuple(tables), figures) if tables else None
+    title = "Fresh healthy records, shifts and other faults"
+    table = Table((names, *columns), title, "shifts")
+    return Block("false-alarms", "False alarms", (sentence,), (table,), ("false_alarms", "densities"))
 
 
-def _alarms(title: str, shown: Sequence[Judgement], population: Population) -> Column:
-    texts = [wording.rate_text(each.of(population)) for each in shown]
-    return Column(title, texts, strong=_places(population in each.exceeded for each in shown))
+def _rates(title: str, shown: Sequence[Judgement], population: Population) -> Column:
+    return Column(title, [wording.rate_text(each.of(population)) for each in shown])
 
 
 def _places(are_strong: Iterable[bool]) -> tuple[int, ...]:
@@ -321,15 +304,6 @@ _KINDS = {
     (Kind.CONFUSION, False): "another fault",
 }
 _GROUPS = {Kind.HEALTHY: "healthy", Kind.FAULT: "leaking"}
-_SECTIONS = {
-    Channel.CHAMBER_1_PRESSURE: "pressure_1_sensor",
-    Channel.CHAMBER_2_PRESSURE: "pressure_2_sensor",
-    Channel.SUPPLY_PRESSURE: "supply_sensor",
-    Channel.PISTON_POSITION: "position_sensor",
-    Channel.PISTON_VELOCITY: "velocity_sensor",
-    Channel.SPOOL_POSITION: "spool_sensor",
-    Channel.OIL_TEMPERATURE: "temperature_sensor",
-}
 
 
 def populations_block(detection: Detection, experiment: ExperimentConfig | None) -> Block:
@@ -338,23 +312,24 @@ def populations_block(detection: Detection, experiment: ExperimentConfig | None)
     unit, records = wording.severity_unit(detection), detection.records
     changes = {**study.shifts, **study.confusions} if study else {}
     shown = [population for population in records.populations if population.kind is not Kind.ALONE]
-    rows: list[tuple[Any, ...]] = []
+    rows: list[dict[str, Any]] = []
     for each in shown:
         severity = records.severity[records.rows(each)]
         known = severity[np.isfinite(severity)]
-        true = unit.value(float(known.mean())) if known.size else None
-        kind = _KINDS.get((each.kind, each.is_fit), str(each.kind))
-        differs = shown_values(changes.get(each.name, {}))
-        rows.append((each.name, kind, severity.size, unit.value(each.severity), true, differs))
+        rows.append({
+            "population": each.name,
+            "kind": _KINDS.get((each.kind, each.is_fit), str(each.kind)),
+            "records": severity.size,
+            unit.key: unit.value(each.severity),
+            f"true_mean{unit.suffix}": unit.value(float(known.mean())) if known.size else None,
+            "what_differs": shown_values(changes.get(each.name, {})),
+        })  # fmt: skip
     if alone := records.chosen(Kind.ALONE, is_fit=False):
         n = sum(records.rows(each).size for each in alone)
-        rows.append(("each nuisance alone", "healthy, for explanation", n, None, None, ""))
-    note = f"True mean: mean {unit.quantity} over each record, averaged over the records."
-    nominal, mean = f"{unit.quantity.capitalize()}{unit.bracket}", f"True mean{unit.bracket}"
-    heads = ("Population", "Kind", "Records", nominal, mean, "What differs")
+        rows.append({"population": "each nuisance alone", "kind": "healthy, for explanation", "records": n})
+    note = f"True mean: mean {unit.quantity}{unit.bracket} over each record, averaged over the records."
     breaks = group_breaks([_GROUPS.get(each.kind) for each in shown])
-    columns: dict[str, Any] = dict(zip(heads, zip(*rows, strict=True), strict=True))
-    tables = [Table.of(columns, title="Populations", key="populations", notes=(note,), breaks=breaks)]
+    tables = [Table.of_records(rows, title="Populations", key="populations", notes=(note,), breaks=breaks)]
     if study:
         drawn = {**study.population.over, **study.population.per_record}
         varied = {name: shown_value(name, own) for name, own in drawn.items() if not name.endswith("seed")}
@@ -362,27 +337,6 @@ def populations_block(detection: Detection, experiment: ExperimentConfig | None)
         columns = {"Parameter": [*varied], "Values": [*varied.values()]}
         tables.append(Table.of(columns, title=title, key="varied"))
     return Block("populations", "The records", (_FIT,), tuple(tables))
-
-
-def without_noise(experiment: ExperimentConfig, detection: Detection) -> tuple[str, ...]:
-    """Symbols of measured signals without noise that the best score with some set of sensors uses.
-
-    The voltage is a command, which is known.
-    """
-    used = {
-        channel for each in wording.best_with_sensors(detection).values() for channel in each.scored.channels
-    }
-    drawn = experiment.study.population.over if experiment.study else {}
-    chosen = {**detection.records.design, **drawn}
-    return tuple(
-        channel.symbol
-        for channel, section in _SECTIONS.items()
-        if channel.value in used
-        and not any(
-            chosen.get(name, experiment.value(name))
-            for name in (f"{section}.noise", f"{section}.noise_density")
-        )
-    )
 
 
 _FIT = "Thresholds are set only on healthy fit records, results come from others."
@@ -408,7 +362,7 @@ def why_block(detection: Detection) -> Block | None:
     def size(nuisance: Nuisance) -> float:
         return float(comparable(nuisance.alone.value)) if nuisance.alone else -math.inf
 
-    def texts(nuisance: Nuisance) -> tuple[str, str, str]:
+    def row(score: str, nuisance: Nuisance) -> dict[str, str | None]:
         """A share in percent with its interval, such as ``26 (4 … 55)``, and the leak that it looks like."""
         alone, leak, share, looks = nuisance.alone, nuisance.imitated, HOLE, HOLE
         if alone is not None:
@@ -417,16 +371,17 @@ def why_block(detection: Detection) -> Block | None:
         if leak is not None:
             sign = {"below": "<", "above": ">"}.get(leak.place, "")
             looks = sign + two_digits(unit.value(leak.severity))
-        return "record to record" if nuisance.parameter == NOTHING else nuisance.parameter, share, looks
+        name = "record to record" if nuisance.parameter == NOTHING else nuisance.parameter
+        return {"score": score, "nuisance": name, "alone_percent": share, f"looks_like{unit.suffix}": looks}
 
     rows = [
-        (name, *texts(each))
+        row(name, each)
         for name, own in shown.items()
         for each in [*sorted(own[:-1], key=size, reverse=True)[:_MOST_ROWS], *own[-1:]]
     ]
-    heads = ("Score", "Nuisance", "Alone [%]", f"Looks like{unit.bracket}")
-    columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
-    table = Table.of(columns, key="nuisances", n_lead=2, breaks=group_breaks([name for name, *_ in rows]))
+    table = Table.of_records(
+        rows, key="nuisances", n_lead=2, breaks=group_breaks([row["score"] for row in rows])
+    )
     refused = dict.fromkeys(refusal for _, refusals in by_score.values() for refusal in refusals)
     said = (_WHY, *(f"Not stated for some: {refusal}." for refusal in refused))
     return Block("why", "Why: what moves healthy scores", said, (table,))

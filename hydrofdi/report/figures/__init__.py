@@ -43,9 +43,6 @@ _DASHES = ((5, 1.5), (1, 1.2), (6, 1.5, 1, 1.5), (10, 2), (5, 1, 1, 1, 1, 1), (3
 LINES = ("-", *((0, dashes) for dashes in _DASHES))
 """Line styles of the first, second, … series, so that they differ without colour."""
 
-_SCALE, _SCALE_ENDS = "plasma", (0.4, 0.62)
-"""Colours of ordered series: the part of the scale that can be seen on the light and on the dark ground."""
-
 SETTINGS: Any = {
     "svg.hashsalt": "hydrofdi", "svg.fonttype": "path", "path.simplify_threshold": 0.3,
     "font.size": 9.0, "axes.titlesize": 9.5, "axes.titlelocation": "left", "axes.labelsize": 9.0,
@@ -64,17 +61,10 @@ _METADATA: dict[str, dict[str, None]] = {
 }
 
 
-def series(position: int, count: int = 1) -> dict[str, Any]:
-    """Colour and line style of a series; beyond eight, a place on a scale of colours."""
-    if count > len(COLORS):
-        return {"color": ordered_color(position, count), "linestyle": LINES[position % len(LINES)]}
-    return {"color": COLORS[position % len(COLORS)], "linestyle": LINES[position % len(LINES)]}
-
-
-def ordered_color(position: int, count: int) -> Any:
-    """Colour of an ordered series, from violet for the first to orange for the last."""
-    first, last = _SCALE_ENDS
-    return matplotlib.colormaps[_SCALE](first + (last - first) * position / max(count - 1, 1))
+def series(position: int) -> dict[str, Any]:
+    """Colour and line style of a series; beyond eight, each colour has another style."""
+    turn, color = divmod(position, len(COLORS))
+    return {"color": COLORS[color], "linestyle": LINES[(color + turn) % len(LINES)]}
 
 
 def shown(figure: Figure) -> Figure:
@@ -127,8 +117,6 @@ def log_axis(axis: Any) -> None:
 
 _TICKS = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
-_PERCENT = (0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)
-
 
 def logit_axis(axis: Any, least: float) -> None:
     """Show percent on an axis of log-odds, from `least` to 1 - `least`."""
@@ -138,16 +126,11 @@ def logit_axis(axis: Any, least: float) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-def root_percent_axis(axes: Any, highest: float) -> None:
-    """A horizontal axis of percent, whose scale is the square root, so that small rates can be read."""
-    end = min(1.15 * highest, 100.0)
-    ticks = [0.0]
-    for tick in _PERCENT:
-        if tick <= end and np.sqrt(tick) - np.sqrt(ticks[-1]) > 0.1 * np.sqrt(end):
-            ticks.append(tick)
-    axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0.0)), np.square))
-    axes.set_xlim(0.0, end)
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+def percent_axis(axes: Any, highest: float) -> None:
+    """A horizontal axis of percent, logarithmic above 1 %, so that small rates can be read."""
+    axes.set_xscale("symlog", linthresh=1.0, linscale=0.5)
+    axes.set_xlim(0.0, min(1.15 * highest, 100.0))
+    axes.xaxis.set_major_formatter("{x:g}")
     axes.minorticks_off()
 
 
@@ -182,14 +165,14 @@ def row_axis(axis: Any, labels: Sequence[str], fontsize: float = 8) -> None:
     axis.set_ylim(len(labels) - 0.4, -0.6)
 
 
-def draw_figure(report: ComposedReport, name: str) -> Figure:
-    """A figure of a report."""
+def draw_figure(report: ComposedReport, name: str | None) -> Figure:
+    """A figure of a report by its name, or the usual one."""
     figures = report.figures()
     if not figures:
         raise ReportError(
             "there is nothing to draw: no run has results; 'hydrofdi sweep CONFIG' computes the missing runs"
         )
-    if name not in figures:
+    if (name := name or next(iter(figures))) not in figures:
         raise ReportError(f"no figure {name!r}; there are {', '.join(figures)}{similar(name, [*figures])}")
     with matplotlib.rc_context(SETTINGS):
         return shown(figures[name].draw())

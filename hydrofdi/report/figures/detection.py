@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from textwrap import fill, wrap
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -14,31 +14,14 @@ from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.rates import roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
-from hydrofdi.records import Channel
+from hydrofdi.report import figures as look
 from hydrofdi.report.detection import wording
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, sensors, severity_unit, tested
 from hydrofdi.report.document import FigureKind
-from hydrofdi.report.figures import (
-    BLUE,
-    COLORS,
-    GREEN,
-    INK,
-    LINES,
-    MARKERS,
-    ORANGE,
-    PAPER,
-    PINK,
-    legend_outside,
-    log_axis,
-    logit_axis,
-    panels,
-    root_percent_axis,
-    row_axis,
-    series,
-)
 from hydrofdi.settings.messages import convert, readable_unit, typeset
 from hydrofdi.studies.judging import reference_of
 from hydrofdi.studies.records import SOUND, ChartJudgement, Detection, Judgement, part
+from hydrofdi.tables.table import folded
 
 _MOST, _MOST_LEVELS, _MOST_RANKED, _MOST_SETS, _LETTERS = 6, 7, 24, 10, 115
 """Scores with a panel, leaking populations beside the others, ranked scores, sets of sensors of the answer,
@@ -47,7 +30,7 @@ and letters of a line below these."""
 _N_BIN, _WIDEST = 50, 4.0
 """Bins, and how far beyond the healthy scores they reach, in widths of these."""
 
-_COLORS = {Kind.HEALTHY: BLUE, Kind.SHIFT: GREEN, Kind.CONFUSION: PINK, Kind.FAULT: ORANGE}
+_COLORS = dict(zip((*SOUND, Kind.FAULT), (look.BLUE, look.GREEN, look.PINK, look.ORANGE), strict=True))
 
 
 def _marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
@@ -57,9 +40,9 @@ def _marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, dict[s
     """
     sizes = {sensors(judgement): len(judgement.scored.channels) for judgement in detection.judgements}
     ordered = sorted(sizes, key=lambda name: (-sizes[name], name))
-    last = len(COLORS) - 1
+    last = len(look.COLORS) - 1
     return {
-        name: {"color": COLORS[min(index, last)], "marker": MARKERS[min(index, last)]}
+        name: {"color": look.COLORS[min(index, last)], "marker": look.MARKERS[min(index, last)]}
         for index, name in enumerate(ordered)
         if name in {sensors(each) for each in shown}
     }
@@ -73,9 +56,6 @@ def draw_answer(detection: Detection) -> Figure:
     shown, unit = [*dict.fromkeys((*able[:_MOST_SETS], *compared))], severity_unit(detection)
     labels = [f"{', '.join(wording.symbols(each))}\n{_bracketed(each)}".strip() for each in shown]
     figure = _draw_rows(detection, shown, labels, 0.5)
-    used = {channel for each in shown for channel in each.scored.channels}
-    symbols = [f"{one.symbol}: {one.value.replace('_', ' ')}" for one in Channel if one.value in used]
-    figure.supxlabel(f"{fill(', '.join(symbols), _LETTERS)}\n{_note(detection, shown)}", **_BELOW)
     offset: dict[str, Any] = {"xytext": (9, 0), "textcoords": "offset points", "va": "center"}
     for row, bound in enumerate(each.bound for each in shown):
         if bound is not None:
@@ -98,14 +78,10 @@ def draw_ranking(detection: Detection) -> Figure:
     figure = _draw_rows(detection, shown, [*map(_bracketed, shown)], 0.26)
     marks = _marks(detection, shown)
     points = {name: {**mark, "linestyle": "none", "markersize": 5.5} for name, mark in marks.items()}
-    legend_outside(figure, points, min(len(points), 5), "sensors")
-    figure.supxlabel(_note(detection, shown), **_BELOW)
+    look.legend_outside(figure, points, min(len(points), 5), "sensors")
     if len(shown) < len(detection.judgements):
         figure.axes[0].set_title(f"the foremost {len(shown)} of {len(detection.judgements):,} scores")
     return figure
-
-
-_BELOW: dict[str, Any] = {"x": 0.01, "ha": "left", "fontsize": 8}
 
 
 def _draw_rows(
@@ -124,16 +100,17 @@ def _draw_rows(
             axis.plot(ends, [row, row], color=mark["color"], linewidth=1.2)
         style = {**mark, "markersize": 5.5, "linestyle": "none"}
         if estimate is not None and estimate.place == "within":
-            axis.plot(unit.value(estimate.severity), row, **style, markerfacecolor=PAPER)
+            axis.plot(unit.value(estimate.severity), row, **style, markerfacecolor=look.PAPER)
             estimate = None
         if (end := bound or estimate) is not None:
             arrow = {"below": r"$\leftarrow$", "above": r"$\rightarrow$"}.get(end.place)
             style |= {"marker": arrow, "markersize": 11} if arrow else {}
             axis.plot(_reached(end, unit), row, **style)
-    log_axis(axis.xaxis)
-    row_axis(axis, labels)
+    look.log_axis(axis.xaxis)
+    look.row_axis(axis, labels)
     share = f"{100.0 * detection.rules.probability:g} %"
     axis.set_xlabel(f"{unit.quantity} found with {share} probability{unit.bracket}")
+    figure.supxlabel(_note(detection, shown), x=0.01, ha="left", fontsize=8)
     return figure
 
 
@@ -162,27 +139,22 @@ def _note(detection: Detection, shown: Sequence[Judgement]) -> str:
 def _foremost(detection: Detection) -> tuple[Judgement, ...]:
     """The foremost scores that have a threshold."""
     shown = tuple(each for each in wording.foremost(detection, _MOST) if each.threshold is not None)
-    shown = shown or tuple(each for each in detection.judgements if each.threshold is not None)[:_MOST]
     if not shown:
         raise ReportError("no score has a threshold")
     return shown
 
 
-def _named(judgement: Judgement, *, width: int = 0) -> str:
-    """Name and sensors; over a panel, a long name is broken after its dot, then after underscores."""
-    name, needs = judgement.name, sensors(judgement)
-    if width and len(name) > width:
-        head, dot, tail = name.partition(".")
-        parts = [head + dot, *wrap(tail.replace("_", "_ "), width)]
-        name = "\n".join(part.replace("_ ", "_") for part in parts)
-    return name if f"({needs})" in name else f"{name}{chr(10) if width else ' '}({needs})"
+def _named(judgement: Judgement) -> str:
+    """Name and sensors, which are not parted."""
+    name, needs = judgement.name, f"({sensors(judgement)})"
+    return name if needs in name else f"{name} " + needs.replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def _score_panels(shown: Sequence[Judgement], height: float, **more: Any) -> tuple[Any, list[Any]]:
     """A figure with a panel for each score."""
-    figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
+    figure, axes = look.panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
     for axis, judgement in zip(axes, shown, strict=True):
-        axis.set_title(_named(judgement, width=30), fontsize=8.5)
+        axis.set_title("\n".join(folded(_named(judgement), 32)), fontsize=8.5)
     return figure, axes
 
 
@@ -222,7 +194,7 @@ def _draw_densities(
             axis.stairs(ridge, edges * scale, baseline=row, fill=True, color=color, alpha=0.35)
             axis.stairs(ridge, edges * scale, baseline=row, color=color, linewidth=0.7)
     for limit in limits:
-        axis.axvline(limit * scale, color=INK, linewidth=0.9)
+        axis.axvline(limit * scale, color=look.INK, linewidth=0.9)
     axis.set_xlim(edges[0] * scale, edges[-1] * scale)
     axis.set_xlabel("score" if unit == "1" else f"score [{typeset(unit)}]", fontsize=8)
     axis.locator_params(axis="x", nbins=4)
@@ -251,18 +223,18 @@ def draw_false_alarms(detection: Detection) -> Any:
     rates = [rate for each in shown for one, rate in each.false_alarms.items() if one in populations]
     highest = max([2.0 * asked, *(100.0 * rate.high for rate in rates if rate.total)])
     for axis, judgement in zip(axes, shown, strict=True):
-        root_percent_axis(axis, highest)
+        look.percent_axis(axis, highest)
         mark = marks[sensors(judgement)]
         for row, population in enumerate(populations):
             outcome = judgement.of(population)
             if outcome is not None and (rate := outcome.found) is not None and rate.total:
-                face = {"markerfacecolor": PAPER} if outcome.is_counted else {}
+                face = {"markerfacecolor": look.PAPER} if outcome.is_counted else {}
                 ends = [100.0 * rate.low, 100.0 * rate.high]
                 axis.plot(ends, [row, row], color=mark["color"], linewidth=1.2)
                 style = {**mark, **face, "markersize": 5, "linestyle": "none", "clip_on": False}
                 axis.plot(100.0 * rate.value, row, **style)
-        axis.axvline(asked, color=INK, linewidth=0.9)
-    row_axis(axes[0], [population.name for population in populations])
+        axis.axvline(asked, color=look.INK, linewidth=0.9)
+    look.row_axis(axes[0], [population.name for population in populations])
     return figure
 
 
@@ -277,11 +249,11 @@ def draw_roc(detection: Detection) -> Any:
         raise ReportError("no faulty record is tested")
     unit, marks = severity_unit(detection), _marks(detection, shown)
     styles = {
-        _named(each): {"color": marks[sensors(each)]["color"], "linestyle": LINES[index % len(LINES)]}
+        _named(each): {**look.series(index), "color": marks[sensors(each)]["color"]}
         for index, each in enumerate(shown)
     }
     labels = {"x": "false alarms [%]", "y": "detections [%]"}
-    figure, axes = panels(len(levels), 3, width=3.0, height=3.0, sharex=True, sharey=True, **labels)
+    figure, axes = look.panels(len(levels), 3, width=3.0, height=3.0, sharex=True, sharey=True, **labels)
     for axis, level in zip(axes, levels, strict=True):
         for judgement, style in zip(shown, styles.values(), strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
@@ -292,13 +264,13 @@ def draw_roc(detection: Detection) -> Any:
                     point = np.clip([healthy[0].value, stated.found.value], _LEAST, 1.0 - _LEAST)
                     axis.plot(*point, marker="o", markersize=4, color=style["color"], clip_on=False)
         axis.set_title(unit.text(level.severity) if level.severity else level.name)
-        logit_axis(axis.xaxis, _LEAST)
-        logit_axis(axis.yaxis, _LEAST)
+        look.logit_axis(axis.xaxis, _LEAST)
+        look.logit_axis(axis.yaxis, _LEAST)
         if axis.lines:  # chance, and the rate that thresholds are set for
             ends = [_LEAST, 1.0 - _LEAST]
-            axis.plot(ends, ends, color=INK, linewidth=0.6, linestyle="--")
-            axis.axvline(detection.rules.false_alarm_rate, color=INK, linewidth=0.7)
-    legend_outside(figure, styles, 2)
+            axis.plot(ends, ends, color=look.INK, linewidth=0.6, linestyle="--")
+            axis.axvline(detection.rules.false_alarm_rate, color=look.INK, linewidth=0.7)
+    look.legend_outside(figure, styles, 2)
     return figure
 
 
@@ -325,9 +297,9 @@ def draw_pod(detection: Detection) -> Any:
     figure, axes = _score_panels(shown, 2.5, sharex=True, **labels)
     for axis, judgement in zip(axes, shown, strict=True):
         _draw_levels(axis, judgement, unit, marks[sensors(judgement)])
-        axis.axhline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.7, linestyle=":")
-        axis.axhline(100.0 * detection.rules.probability, color=INK, linewidth=0.5)
-        log_axis(axis.xaxis)
+        axis.axhline(100.0 * detection.rules.false_alarm_rate, color=look.INK, linewidth=0.7, linestyle=":")
+        axis.axhline(100.0 * detection.rules.probability, color=look.INK, linewidth=0.5)
+        look.log_axis(axis.xaxis)
     axes[0].set_ylim(-3.0, 103.0)
     return figure
 
@@ -357,10 +329,12 @@ def draw_delays(detection: Detection) -> Any:
     if not levels:
         raise ReportError("no leak sets in while a chart watches")
     labels = list(dict.fromkeys(chart.label for chart in detection.charts))
-    marks = [{"marker": MARKERS[index % len(MARKERS)], "markersize": 3.5} for index in range(len(labels))]
-    styles = {label: series(k, len(labels)) | marks[k] for k, label in enumerate(labels)}
+    styles = {
+        label: {**look.series(k), "marker": look.MARKERS[k % len(look.MARKERS)], "markersize": 3.5}
+        for k, label in enumerate(labels)
+    }
     names = {"x": "mean time between false alarms that is asked for [h]", "y": "median delay [s]"}
-    figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True, **names)
+    figure, axes = look.panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True, **names)
     unit = severity_unit(detection)
     every = [convert(chart.false_alarm_every, "h") for chart in detection.charts]
     for axis, level in zip(axes, levels, strict=True):
@@ -369,9 +343,9 @@ def draw_delays(detection: Detection) -> Any:
             _draw_line(axis, charts, level, detection.rules.confidence, style)
         axis.set_title(unit.text(level.severity))
         axis.set_xlim(min(every) / 1.5, max(every) * 1.5)
-        log_axis(axis.xaxis)
+        look.log_axis(axis.xaxis)
     axes[0].set_ylim(bottom=0.0)
-    legend_outside(figure, styles, 4)
+    look.legend_outside(figure, styles, 4)
     return figure
 
 
@@ -392,19 +366,19 @@ def _draw_line(
 
 
 _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
-    "ranking": (draw_ranking, "The {quantity} found by each score with {share} probability"),
+    "ranking": (draw_ranking, "The smallest severity that each score finds: estimates and bounds"),
     "pod": (
         draw_pod,
-        "Share of records detected over their {quantity}, with {confidence} intervals, and the fitted curve;"
-        " vertical: q90/95 at {share}; dotted: the false-alarm rate of the threshold",
+        "Share of records detected over their severity, with intervals, and the fitted curve; vertical:"
+        " q90/95; dotted: the false-alarm rate of the threshold",
     ),
     "roc": (draw_roc, "Detections against false alarms over all thresholds; dots: the threshold in use"),
     "false_alarms": (
         draw_false_alarms,
-        "Alarms of records whose seal is sound, with {confidence} intervals; open: too few records",
+        "Alarms of records whose seal is sound, with intervals; open: too few records",
     ),
     "densities": (draw_densities, "Scores of each population; vertical lines: thresholds"),
-    "answer": (draw_answer, "The smallest {quantity} that is found with each set of sensors"),
+    "answer": (draw_answer, "The smallest severity that is found with each set of sensors"),
     "delays": (
         draw_delays,
         "Median delay from the onset of a leak to the alarm, over the time between false alarms",
@@ -414,15 +388,9 @@ _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
 
 def detection_figures(detection: Detection) -> dict[str, FigureKind]:
     """The figures of a judged study, and of its charts."""
-    asked = detection.rules
-    said = {
-        "quantity": severity_unit(detection).quantity,
-        "confidence": f"{100.0 * asked.confidence:g} %",
-        "share": f"{100.0 * asked.probability:g} %",
-    }
     is_there = {"answer": bool(wording.answers(detection)), "delays": bool(detection.charts)}
     return {
-        name: FigureKind(caption.format(**said), partial(draw, detection))
+        name: FigureKind(caption, partial(draw, detection))
         for name, (draw, caption) in _FIGURES.items()
         if is_there.get(name, True)
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from textwrap import fill
 from typing import Any
 
@@ -17,11 +17,12 @@ from hydrofdi.report.responses import AGAINST, RANGES, ResponseStudy, RunFeature
 from hydrofdi.report.runs import Array, signed
 from hydrofdi.report.views import Plane
 from hydrofdi.settings.messages import number_text
+from hydrofdi.tables.table import folded
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
 _WIDTH, _HEIGHT = 2.4, 1.25
 _LABEL, _LETTERS = 7.5, 20
-"""Size of the labels of features [pt], and the letters of it in a panel, with blanks at breaks."""
+"""Size of the labels of features [pt], and the letters of it in a panel."""
 
 _DECADES = 30.0
 """An axis is logarithmic if the ratio of its values is at least this."""
@@ -30,14 +31,14 @@ _DECADES = 30.0
 def draw_responses(study: ResponseStudy) -> Figure:
     """A row for each feature, a column for each parameter."""
     responding = [axis for axis in study.axes if axis.responses]
-    axes = sorted(
-        _largest(responding, [max(one.reach for one in each.responses) for each in responding], _MOST_AXES),
-        key=responding.index,
-    )
-    every = [one for axis in axes for one in axis.responses]
-    names = list(dict.fromkeys(one.feature.header for one in every))
-    moved = [max(one.reach for one in every if one.feature.header == name) for name in names]
-    shown = sorted(_largest(names, moved, _MOST_FEATURES), key=names.index)
+    reaches = {each.name: max(one.reach for one in each.responses) for each in responding}
+    chosen = _largest(reaches, _MOST_AXES)
+    axes = [axis for axis in responding if axis.name in chosen]
+    moved: dict[str, float] = {}
+    for one in (one for axis in axes for one in axis.responses):
+        name = one.feature.header
+        moved[name] = max(one.reach, moved.get(name, 0.0))
+    shown = _largest(moved, _MOST_FEATURES)
     size = (max(_WIDTH * len(axes) + 0.8, 5.0), _HEIGHT * len(shown) + 1.6)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(len(shown), len(axes), sharex="col", sharey="row", squeeze=False)
@@ -46,22 +47,21 @@ def draw_responses(study: ResponseStudy) -> Figure:
     for panel, name in zip(grid[:, 0], shown, strict=True):
         panel.set_ylabel(_label(name), fontsize=_LABEL)
     figure.align_ylabels(grid[:, 0])
-    note = fill(_note(axes, len(responding), len(shown), len(names)), round(size[0] / 0.068))
+    note = fill(_note(axes, len(responding), len(shown), len(moved)), round(size[0] / 0.068))
     figure.supxlabel(note, fontsize=8, x=0.01, ha="left")
     return figure
 
 
 def _label(name: str) -> str:
     """The name and unit of a feature on lines that are no longer than a panel is high."""
-    words = (name if "[" in name else f"{name} [–]").split(" [")
-    broken = [fill(part.replace("_", "_ ").replace(".", ". "), _LETTERS) for part in words]
-    return "\n[".join(broken).replace("_ ", "_").replace(". ", ".")
+    words, _, unit = (name if "[" in name else f"{name} [–]").partition(" [")
+    return "\n".join([*folded(words, _LETTERS), f"[{unit}"])
 
 
-def _largest(items: Sequence[Any], sizes: Sequence[float], most: int) -> list[Any]:
-    """Those of the largest sizes."""
-    order = sorted(range(len(items)), key=lambda index: -sizes[index])
-    return [items[index] for index in order[:most]]
+def _largest(sizes: Mapping[Any, float], most: int) -> list[Any]:
+    """Those of the largest sizes, in their order."""
+    chosen = sorted(sizes, key=lambda item: -sizes[item])[:most]
+    return [item for item in sizes if item in chosen]
 
 
 def _draw_column(panels: Any, axis: VariedParameter, shown: Sequence[str]) -> None:

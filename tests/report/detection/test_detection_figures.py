@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.rules import Rules
-from hydrofdi.errors import ReportError
-from hydrofdi.report.figures import draw_figure, write_figure
+from hydrofdi.report.figures import draw_figure
 from hydrofdi.report.page import write_page
 from hydrofdi.studies.detecting import detect
 from tests.report.detection.made_up import judged, made_up_records, made_up_score, report_of
@@ -74,12 +73,6 @@ def test_a_study_that_carries_little_is_drawn_as_far_as_it_goes(chosen, tmp_path
     drawn = re.findall(r'<figure id="(\w+)" tabindex="0">\s*<svg', page)
     assert len(drawn) + page.count('class="hole"') == len(set(report.document().figures))
     assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower()
-
-
-def test_a_figure_that_a_study_does_not_have_is_refused_with_those_it_has(detection, tmp_path):
-    with pytest.raises(ReportError, match="ranking, pod"):
-        write_figure(report_of(detection), tmp_path / "rok.svg")
-    assert not list(tmp_path.iterdir())
 
 
 def test_the_drawn_curve_reaches_ninety_percent_where_it_is_stated():

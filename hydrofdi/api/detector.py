@@ -252,6 +252,7 @@ class Detector(TrainedDetector):
         log: str | PathLike[str] | None = None,
         metrics: str | None = None,
         follow: bool = True,
+        sampling_frequency: str | float | None = None,
         on_line: Callable[[dict[str, Any]], None] | TextIO | None = None,
         stop: Callable[[], bool] = lambda: False,
     ) -> Ending:
@@ -272,6 +273,8 @@ class Detector(TrainedDetector):
             Address at which metrics are served for Prometheus, ``HOST:PORT``.
         follow : bool
             Whether to wait for more at the end of a file.
+        sampling_frequency : str or float, optional
+            Of text without a column of time [Hz].
         on_line : callable or file object, optional
             Called with each line, as `watch` yields them; to a file, they are written as JSON.
         stop : callable, optional
@@ -301,6 +304,7 @@ class Detector(TrainedDetector):
         stream = open_stream(
             source if isinstance(source, str) else str(path_of(source)),
             kind,
+            sampling_frequency=Described(sampling_frequency).frequency,
             is_followed=follow,
             is_resumed=state is not None,
         )

@@ -77,7 +77,7 @@ _KEYWORDS = {
     "export": ("format", "channels", "unit", "runs", "sampling_frequency", "overwrite"),
     "inspect": ("record", "write", "sampling_frequency"),
     "measure": ("indicators", "sampling_frequency"),
-    "monitor": ("config", "state", "log", "metrics", "follow"),
+    "monitor": ("config", "state", "log", "metrics", "follow", "sampling_frequency"),
     "plan": ("out", "workers", "retry_failed"),
     "replay": ("record", "now", "sampling_frequency"),
     "rerun": ("experiment --config",),

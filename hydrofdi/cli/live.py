@@ -174,8 +174,8 @@ def monitor(
     with interruption(lambda: None) as asked:
         settings |= {"stop": lambda: bool(asked)}
         if source is None:
-            if "config" in settings:
-                raise ConfigError(f"config: of a fleet, state the keys of a configuration in {detector}")
+            for key in {"config", "sampling_frequency"} & settings.keys():
+                raise ConfigError(f"{key}: of a fleet, state the keys of a configuration in {detector}")
             ending = hydrofdi.monitor_fleet(detector, partition=partition, on_line=sys.stdout, **settings)
         elif partition is not None:
             raise ConfigError("--partition: applies to a fleet, hydrofdi monitor FLEET")

@@ -192,7 +192,7 @@ class MonitorConfig(SamplesConfig):
 
 _OF_RECORDS = {
     "files", "path", "group", "label", "healthy", "severity", "drive_period",
-    "sampling_frequency", "sampling_frequency_is",
+    "sampling_frequency_is",
 }  # fmt: skip
 """Keys of a description that name and label records of files."""
 

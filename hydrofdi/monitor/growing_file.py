@@ -24,6 +24,9 @@ from hydrofdi.store.files import reason
 BLOCK = 1 << 17
 """Bytes that are read at once: a few thousand samples."""
 
+_LEAP = 2
+"""Sample numbers that a restart skips, so that the gap is detected."""
+
 
 class StandardInput(StreamSource):
     """Standard input, or another descriptor: a pipe, a file or a terminal. It cannot go back."""
@@ -35,14 +38,16 @@ class StandardInput(StreamSource):
     ) -> None:
         super().__init__("standard input")
         self._descriptor = descriptor
-        self._text = TextLines(config or MonitorConfig(), self.name, {}, needed)
+        self._lines = partial(TextLines, config or MonitorConfig(), self.name, needed=needed)
+        self._text = self._lines({})
 
     def open(self, position: Position) -> None:
-        """Begin."""
+        """Begin; the count of samples without time continues after a gap."""
         try:
             os.fstat(self._descriptor)
         except OSError:
             raise DataError("standard input is closed") from None
+        self._text = self._lines({key: int(count) + _LEAP for key, count in position.items()})
 
     def read(self, timeout: float) -> Chunk | None:
         """New samples; None after `timeout` seconds without any."""
@@ -68,6 +73,11 @@ class StandardInput(StreamSource):
             return os.read(self._descriptor, BLOCK)
         except OSError:
             return b""
+
+    @property
+    def position(self) -> Position:
+        """The number of samples without time."""
+        return {key: count for key, count in self._text.position.items() if key == "n_sample"}
 
 
 _HEAD = 4096
@@ -236,7 +246,7 @@ class GrowingFile(StreamSource):
             self._say("can be read now")
         if "inode" in stored and old is None:
             self._say("the previous file is gone; this one is read from the start")
-            stored = {}
+            stored = {key: value for key, value in stored.items() if key == "n_sample"}
         self._text, self._trouble = self._lines(stored), ""
         return self._file
 

@@ -28,7 +28,12 @@ _RECORDS = (".h5", ".hdf5", ".mat", ".npz", ".parquet", ".yaml", ".yml")
 
 
 def open_stream(
-    text: str, kind: MachineKind, *, is_followed: bool = True, is_resumed: bool = False
+    text: str,
+    kind: MachineKind,
+    *,
+    sampling_frequency: float | None = None,
+    is_followed: bool = True,
+    is_resumed: bool = False,
 ) -> StreamSource:
     """The stream that a text means; nothing is read or connected yet."""
     config, file = kind.config, kind.file
@@ -37,6 +42,8 @@ def open_stream(
         if name not in PORTS:
             hint = similar(name, [*PORTS]) or f"; a source is {_KINDS}"
             raise ConfigError(f"{text}: unknown kind of source {name!r}{hint}")
+        if sampling_frequency is not None:
+            raise ConfigError("sampling_frequency: applies only to text; other sources state times")
         address = Address.parse(text)
         with needing_extra():
             if name == "opc.tcp":
@@ -46,6 +53,8 @@ def open_stream(
             from hydrofdi.monitor.topics import TopicSource
 
             return TopicSource(str(address), config, file.channels, address)
+    if sampling_frequency is not None:
+        config = config.model_copy(update={"sampling_frequency": sampling_frequency})
     if text == "-":
         return StandardInput(config, needed=file.channels)
     path = Path(text)

@@ -13,7 +13,7 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources import joined
+from hydrofdi.monitor.sources import joined, malformed
 from hydrofdi.records import Array, Channel
 from hydrofdi.records.columns import ReadColumn, Titled, columns_of, split_title
 from hydrofdi.records.description import is_counts
@@ -22,6 +22,19 @@ from hydrofdi.records.streams import Chunk
 from hydrofdi.records.times import time_column, unix_seconds
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import SI
+
+
+class SampleClock:
+    """Counts samples at a sampling frequency."""
+
+    def __init__(self, sampling_frequency: float, n_sample: int = 0) -> None:
+        self.sampling_frequency, self.n_sample = sampling_frequency, n_sample
+
+    def take(self, n_time: int) -> Array:
+        """Instants of the next samples [s], shape (n_time,)."""
+        first, self.n_sample = self.n_sample, self.n_sample + n_time
+        return np.arange(first, self.n_sample) / self.sampling_frequency
+
 
 _FREQUENCY, _HERTZ = "sampling_frequency", SI("Hz", above=0.0)
 _MOST_KEYS = 256
@@ -37,9 +50,15 @@ class Lines:
     `header` has the lines that are needed to continue within the stream.
     """
 
-    def __init__(self, config: MonitorConfig, needed: Collection[Channel] = (), name: str = "JSON") -> None:
+    def __init__(
+        self,
+        config: MonitorConfig,
+        clock: SampleClock | None = None,
+        needed: Collection[Channel] = (),
+        name: str = "JSON",
+    ) -> None:
         self.header: list[str] = []
-        self.config, self.name, self.needed = config, name, needed
+        self.config, self.clock, self.name, self.needed = config, clock, name, needed
 
     def chunks(self, lines: Sequence[str]) -> list[Chunk]:
         """Samples of complete lines."""
@@ -54,19 +73,24 @@ class Lines:
 
     def is_row(self, line: str) -> bool:
         """Whether a line is a sample, or the header once more; it takes none."""
+        n_sample = 0 if self.clock is None else self.clock.n_sample
         try:
             return line in self.header or self.block([line]).n_time > 0
         except ValueError:
             return False
+        finally:
+            if self.clock is not None:
+                self.clock.n_sample = n_sample
 
     def line(self, line: str, error: ValueError) -> list[Chunk]:
         """A line that is something else: a sample that could not be read."""
         return [self.lost(line, str(error))]
 
     def lost(self, line: str, reason: str) -> Chunk:
-        """A sample that could not be read."""
-        text = line.strip("\r ")[:60]
-        return Chunk(np.array([np.nan]), {}, {0: f"malformed line {text!r}: {reason}"})
+        """A sample that could not be read; those that follow keep their instants."""
+        if self.clock is not None:
+            self.clock.n_sample += 1
+        return malformed("line", line.strip("\r "), reason)
 
 
 Columns = tuple[ReadColumn | None, dict[Channel, ReadColumn]]
@@ -110,9 +134,13 @@ class PayloadReader(Lines):
             lengths.add(counts)
         if len(lengths) > 1:
             raise PayloadError("the channels have different numbers of samples")
-        if time is None:
+        if time is not None:
+            times = self._instants(time, objects, counts)
+        elif self.clock is not None:
+            times = self.clock.take(sum(counts))
+        else:
             raise PayloadError("has no time stamp; add 'time' [s]")
-        return Chunk(self._instants(time, objects, counts), in_si)
+        return Chunk(times, in_si)
 
     def _instants(
         self, time: ReadColumn, objects: Sequence[Mapping[str, Any]], counts: Sequence[int]
@@ -146,7 +174,7 @@ class PayloadReader(Lines):
         header = Titled("JSON", keys, dated)
         config = self.config.model_copy(update={"channels": present})
         try:
-            columns = stream_columns(header, config, self.needed)
+            columns = stream_columns(header, config, self.needed, has_clock=self.clock is not None)
         except DataError as error:
             raise PayloadError(str(error).removeprefix("JSON: ")) from None
         if len(self._known) == _MOST_KEYS:
@@ -164,14 +192,18 @@ class PayloadReader(Lines):
             raise PayloadError(f"{column.title[:60]!r}: {str(error)[:200]}") from None
 
 
-def stream_columns(header: Titled, config: MonitorConfig, needed: Collection[Channel]) -> Columns:
-    """The column of time of a stream, and those of its channels."""
+def stream_columns(
+    header: Titled, config: MonitorConfig, needed: Collection[Channel], *, has_clock: bool
+) -> tuple[ReadColumn | None, dict[Channel, ReadColumn]]:
+    """The column of time of a stream, and those of its channels; a clock is preferred to dates."""
     channels = columns_of(header, config.channels, needed)
     for channel, column in channels.items():
         if is_counts(column.unit) and not column.config.unit:
             raise DataError(
                 f"{header.place}: {column.title[:60]!r} is in counts; write 'gain' and 'unit' of {channel}"
             )
+    if has_clock and config.time is None:
+        header.dated = ()
     return time_column(header, config.time), channels
 
 

@@ -99,6 +99,11 @@ def joined(chunks: Sequence[Chunk]) -> Chunk:
     return Chunk(np.concatenate([np.empty(0), *(chunk.time for chunk in chunks)]), channels, unread)
 
 
+def malformed(what: str, text: str, reason: str) -> Chunk:
+    """A line or a payload that is not understood: a sample that could not be read."""
+    return Chunk(np.array([np.nan]), {}, {0: f"malformed {what} {text[:60]!r}: {reason}"})
+
+
 GATHER = 0.5
 """Longest time that samples wait for more, so that those of many small pieces are read together [s]."""
 

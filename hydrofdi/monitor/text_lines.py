@@ -8,7 +8,7 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.payload import Lines, PayloadReader, stream_columns
+from hydrofdi.monitor.payload import Lines, PayloadReader, SampleClock, stream_columns
 from hydrofdi.monitor.sources import Position, joined
 from hydrofdi.records import Channel
 from hydrofdi.records.columns import ReadColumn
@@ -24,8 +24,10 @@ class CsvLines(Lines):
     A line that is not a row is a comment, a repeated header, or malformed.
     """
 
-    def __init__(self, config: MonitorConfig, needed: Collection[Channel], name: str) -> None:
-        super().__init__(config, needed, name)
+    def __init__(
+        self, config: MonitorConfig, clock: SampleClock | None, needed: Collection[Channel], name: str
+    ) -> None:
+        super().__init__(config, clock, needed, name)
         self._rows = RowReader(config.format, [], name)
         self._channels: dict[Channel, ReadColumn] = {}
         self._time: ReadColumn | None = None
@@ -39,13 +41,16 @@ class CsvLines(Lines):
         if width < n_title:
             raise ValueError(f"has {width} cells under {n_title} column names")
         columns = [*self._channels.values()]
-        time = self._time
-        assert time is not None
-        are_dates = is_dated(self._rows.texts(lines[:1], [time.position])[0][0])
-        columns += [] if are_dates else [time]
+        time, are_dates = self._time, False
+        if time is not None:
+            are_dates = is_dated(self._rows.texts(lines[:1], [time.position])[0][0])
+            columns += [] if are_dates else [time]
         values = self._rows.numbers(lines, [column.position for column in columns])
         in_si = [column.in_si(numbers) for column, numbers in zip(columns, values, strict=True)]
-        if are_dates:
+        if time is None:
+            assert self.clock is not None
+            in_si.append(self.clock.take(len(lines)))
+        elif are_dates:
             in_si.append(unix_seconds(self._rows.texts(lines, [time.position])[0], self.config.time_zone))
         return Chunk(in_si.pop(), dict(zip(self._channels, in_si, strict=True)))
 
@@ -92,10 +97,15 @@ class CsvLines(Lines):
         self._rows.dated = [
             n for n in range(len(titles)) if n >= len(cells) or not self._rows.is_number(cells[n])
         ]
-        self._time, self._channels = stream_columns(self._rows, self.config, self.needed)
-        if self._time is None:
+        self._time, self._channels = stream_columns(
+            self._rows, self.config, self.needed, has_clock=self.clock is not None
+        )
+        if self._time is None and self.clock is None:
             self._channels = {}
-            raise DataError(f"{self.name}: has no column of time such as 'time [s]'; add it")
+            raise DataError(
+                f"{self.name}: has no column of time such as 'time [s]'; add it, or give the sampling"
+                " frequency"
+            )
         self._has_begun = True
         return self.chunks([text])
 
@@ -116,9 +126,13 @@ class TextLines:
         self, config: MonitorConfig, name: str, position: Position, needed: Collection[Channel] = ()
     ) -> None:
         self._name, self._largest = name, config.limits.payload
+        n_sample, frequency = int(position.get("n_sample", 0)), config.sampling_frequency
+        self._clock = None if frequency is None else SampleClock(frequency, n_sample)
         encoding = config.format.encoding
         self._encoding = "utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding
-        self._csv, self._json = (kind(config, needed, name) for kind in (CsvLines, PayloadReader))
+        self._csv, self._json = (
+            kind(config, self._clock, needed, name) for kind in (CsvLines, PayloadReader)
+        )
         self._lines: Lines | None = None
         self._rest, self._is_skipping = b"", "is_skipping" in position
         self._n_preamble = config.format.skip
@@ -126,6 +140,8 @@ class TextLines:
         if header := position.get("header"):
             self._lines = self._csv
             self._lines.chunks(list(header))
+            if self._clock is not None:
+                self._clock.n_sample = n_sample
 
     @property
     def n_unfinished(self) -> int:
@@ -134,10 +150,12 @@ class TextLines:
 
     @property
     def position(self) -> dict[str, Any]:
-        """What is needed to continue with the unfinished line, such as the header."""
+        """Header and sample count, which are needed to continue with the unfinished line."""
         known: dict[str, Any] = {}
         if self._lines is not None and self._lines.header:
             known["header"] = list(self._lines.header)
+        if self._clock is not None:
+            known["n_sample"] = self._clock.n_sample
         if self._is_skipping:
             known["is_skipping"] = True
         if self._n_preamble:

@@ -275,8 +275,11 @@ class SamplesConfig(Section):
     of an OPC UA server. By default the header of the first file, or the keys, state them, as in ``P1 [bar]``,
     and the column of time, as in ``time [s]``."""
 
+    sampling_frequency: Frequency | None = None
+    """Sampling frequency; either this or `time`."""
+
     time: TimeConfig | None = None
-    """Column of sampling instants; of files either this or `sampling_frequency`."""
+    """Column of sampling instants; either this or `sampling_frequency`."""
 
     actuator: StatedMachine = StatedMachine()
     """Data sheet of the machine, which indicators that need it use, unless their options state otherwise."""
@@ -302,9 +305,6 @@ class MeasuredConfig(SamplesConfig):
     """Pattern of paths relative to the folder of this file, or a list of them, with ``*``, ``?``, ``[…]``,
     ``**``. Spaces need no escaping. Leading parts that exist literally, including brackets, are taken
     literally."""
-
-    sampling_frequency: Frequency | None = None
-    """Sampling frequency; either this or `time`."""
 
     sampling_frequency_is: Literal["given", "inferred"] = "given"
     """``inferred`` if it is undocumented; every record then carries a remark."""

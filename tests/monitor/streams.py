@@ -1,6 +1,7 @@
 """A detector by hand, streams that it watches, and a source that gives them."""
 
 import json
+import math
 import time
 from itertools import pairwise
 from typing import NamedTuple
@@ -60,9 +61,13 @@ def lines_of(watch, chunks, *, is_over=True):
 
 
 def payload_of(chunk):
-    """Samples as JSON: ``time`` and channels, each in SI and as an array."""
+    """Samples as JSON: ``time`` and channels, each in SI and as an array; null if a sample is missing."""
     columns = {"time": chunk.time} | {channel.value: samples for channel, samples in chunk.channels.items()}
-    return json.dumps({name: samples.tolist() for name, samples in columns.items()}).encode()
+    numbers = {
+        name: [number if math.isfinite(number) else None for number in samples.tolist()]
+        for name, samples in columns.items()
+    }
+    return json.dumps(numbers).encode()
 
 
 class Reading(NamedTuple):

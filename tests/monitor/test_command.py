@@ -105,6 +105,7 @@ def test_a_last_line_without_line_end_is_doubtful_everywhere(machine, tmp_path):
 @pytest.mark.parametrize(("source", "options", "named"), [
     ("mqqt://host/x", (), ["mqqt"]), ("results.h5", (), ["results.h5"]),
     ("nothing.csv", ("--no-follow",), ["nothing.csv"]),
+    ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), ["sampling"]),
     ("-", ("--config", "absent.yaml"), ["absent.yaml"]),
     ("-", ("--metrics", "here"), ["metrics"]),
     ("-", ("--config", "monitor.yaml"), ["monitor.yaml:1: channels", "monitor.yaml:3: mqtt.keepalive"]),

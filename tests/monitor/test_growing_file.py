@@ -147,6 +147,18 @@ def test_a_hole_that_a_writer_leaves_is_no_new_beginning(log, follower):
     assert follower.times == [1.0, 2.0, 2.5, 3.0]
 
 
+def test_samples_without_time_are_counted_on_over_restarts_and_renaming(log):
+    append(log, "P1 [Pa]\n1\n2\n")
+    follower = Follower(log, sampling_frequency=2)
+    follower.read()
+    append(log, "3\n")
+    log.rename(log.with_name("old"))
+    append(log, "P1 [Pa]\n4\n")
+    follower.restart()
+    follower.read()
+    assert follower.times == [0.0, 0.5, 1.0, 1.5]
+
+
 @pytest.mark.parametrize(("later", "n_later"), [("3,30\n4,40\n", 2), (HEADER + "3,30\n", 1)])
 def test_a_preamble_is_passed_over_where_a_file_has_one(later, n_later, log):
     append(log, PREAMBLE + HEADER + "1,10\n2,20\n")
@@ -234,3 +246,13 @@ def test_small_pieces_are_read_together_and_the_end_of_input_ends_the_stream_wit
     assert samples(last.chunk) == {"time": [*range(20)], "P1": [2.0] * 20}
     assert ([event.kind for event in last.events], last.is_over) == (["notice"], True)
     assert reading_of(source, 1.0).chunk is None
+
+
+def test_counted_samples_go_on_behind_a_gap_after_a_restart(pipe):
+    reader, writer = pipe
+    first = opened(reader, sampling_frequency=10)
+    writer.write(b"P1 [Pa]\n1\n2\n")
+    reading_of(first, 1.0)
+    second = opened(reader, first.position, sampling_frequency=10)
+    writer.write(b"P1 [Pa]\n3\n")
+    assert reading_of(second, 1.0).chunk.time.tolist() == [0.4]

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.payload import PayloadReader
+from hydrofdi.monitor.payload import PayloadReader, SampleClock
 from hydrofdi.monitor.sources import joined
 from hydrofdi.records import Channel
 from hydrofdi.records.description import ChannelConfig
@@ -118,12 +118,12 @@ def test_malformed_lines_are_counted_and_the_others_stay(lines, cuts):
 
 @pytest.mark.parametrize(("n_byte", "largest"), [(3_000, 1024), (30_000, 1024), (4_000_000, 1 << 20)])
 def test_a_line_of_any_length_is_one_loss_with_bounded_memory(n_byte, largest):
-    lines = reader(largest=largest)
-    found = [lines.read(b"time [s],P1 [Pa]\n0,1\n")]
+    lines = reader(sampling_frequency=10, largest=largest)
+    found = [lines.read(b"P1 [Pa]\n1\n")]
     for _ in range(0, n_byte, size := max(700, n_byte // 40)):
         found.append(lines.read(b"9" * size))
         assert lines.n_unfinished <= largest
-    chunk = joined([each for each in (*found, lines.read(b"\n0.2,3\n")) if each is not None])
+    chunk = joined([each for each in (*found, lines.read(b"\n3\n")) if each is not None])
     assert samples(chunk.readable) == {"time": [0.0, 0.2], "P1": [1.0, 3.0]}
     assert len(chunk.unread) == 1
 
@@ -138,15 +138,24 @@ def test_a_stream_that_does_not_say_what_it_is_is_refused(text):
         reader().read(text)
 
 
-def test_delimiters_alone_are_a_row_of_empty_cells():
-    chunk, unread = read_in_pieces(reader(), b"time [s]\tP1 [Pa]\tu [V]\n0\t1\t2\n\t\t\n1\t3\t4\n")
-    assert samples(chunk)["P1"] == [1.0, 3.0]
-    assert len(unread) == 0
+def test_samples_without_time_are_counted_and_lost_lines_leave_a_gap():
+    lines = reader(sampling_frequency=10)
+    chunk, _ = read_in_pieces(lines, b"P1 [Pa]\n1\n2\nx\n4\n")
+    assert chunk.time.tolist() == [0.0, 0.1, 3 / 10]
+    assert lines.position == {"header": ["P1 [Pa]"], "n_sample": 4}
+    chunk, _ = read_in_pieces(reader(json.loads(json.dumps(lines.position)), sampling_frequency=10), b"3\n")
+    assert samples(chunk) == {"time": [0.4], "P1": [3.0]}
+    clock = SampleClock(10.0)
+    assert read(b'{"P1 [bar]": [1, 2]}', clock).time.tolist() == [0.0, 0.1]
+    assert read(b'{"P1 [bar]": [1, "x"]}', clock).unread
+    assert read(b'{"P1 [bar]": 3}', clock).time.tolist() == [0.3]
+    chunk, _ = read_in_pieces(reader(sampling_frequency=10), b"P1 [Pa]\tu [V]\n\t\n1\t2\n\t\n3\t4\n")
+    assert samples(chunk)["P1"] == [None, 1.0, None, 3.0], "delimiters alone are a row of empty cells"
 
 
-def read(payload, **options):
+def read(payload, clock=None, **options):
     content = payload if isinstance(payload, bytes) else json.dumps(payload).encode()
-    return PayloadReader(config_of(**options)).read_all([content])
+    return PayloadReader(config_of(**options), clock).read_all([content])
 
 
 @pytest.mark.parametrize("payload", [

@@ -130,7 +130,7 @@ def _convert(source: Source, section: Any, path: Path, in_si: Conversion) -> lis
             mapping[name] = in_si(source, (*path, name), name, value)
         else:
             source.report((*path, name), f"no parameter {name!r}{meant(name)}")
-            mapping[name] = [] if in_si is axis_in_si else _NOTHING
+            mapping[name] = [] if in_si in (axis_in_si, _levels) else _NOTHING
     return list(mapping)
 
 
@@ -394,7 +394,16 @@ def _normalize_faults(source: Source, faults: Any) -> None:
         for name in [name for name in faults if "." in name]:
             over[name] = faults.pop(name)
             source.move((*path, name), (*path, "over", name))
-    _convert(source, faults, (*path, "over"), axis_in_si)
+    _convert(source, faults, (*path, "over"), _levels)
+
+
+def _levels(source: Source, path: Path, name: str, stated: Any) -> list[float]:
+    """The levels that are numbers; each of the others is a mistake of the source."""
+    levels = axis_in_si(source, path, name, stated)
+    for index, level in enumerate(levels):
+        if level is None:
+            source.report((*path, index), "a level is a number with a unit, not null")
+    return [level for level in levels if isinstance(level, float)]
 
 
 def _draw_per_record(source: Source, per_record: dict[str, Any], over: Any) -> None:

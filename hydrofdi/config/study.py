@@ -114,8 +114,6 @@ class FaultsConfig(Section):
                 "a fault is one leak, leakage.internal_flow or leakage.internal_coefficient, or one parameter"
                 " of an FMU, plant.…"
             )
-        if not all(isinstance(level, float) for level in self.over[self.parameter]):
-            raise ValueError("a level is a number with a unit, not null")
         if 0.0 in self.levels:
             raise ValueError("a leak of 0 is not a fault; healthy.test already gives its alarm rate")
         return self

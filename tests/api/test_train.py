@@ -75,9 +75,6 @@ def test_what_is_saved_is_what_is_loaded(tmp_path):
     said = f"false alarms in 20 % of healthy windows ({low:.3g} to {high:.3g} %)"
     assert said in repr(detector)
     assert detector.summary.split("\n")[0] in detector._repr_html_()
-    (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(hydrofdi.HydrofdiError, match="is not a detector file"):
-        hydrofdi.train(HEALTHY, **WANTED, sampling_frequency=RATE, out=tmp_path / "notes.txt")
 
 
 def test_settings_come_from_a_mapping_a_file_or_keywords(tmp_path):

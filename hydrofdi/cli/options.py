@@ -146,7 +146,7 @@ def options_like(function: Any, names: Iterable[str]) -> dict[str, Any]:
 
 def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     """Name → annotation of an option, for each of these keys of a configuration whose field is no section."""
-    from hydrofdi.settings.quantities import SI, field_texts
+    from hydrofdi.settings.quantities import field_quantity, field_texts
 
     options = {}
     for name, path in keys.items():
@@ -158,8 +158,7 @@ def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any
         kinds = (field.annotation, *get_args(field.annotation))
         members = [name for each in kinds for name in getattr(each, "_value2member_map_", ())]
         choices = members or [each for each in kinds if isinstance(each, str)]
-        metadata = [*field.metadata, *(each for kind in kinds for each in getattr(kind, "__metadata__", ()))]
-        unit = next((each.unit for each in metadata if isinstance(each, SI)), "")
+        unit = getattr(field_quantity(field), "unit", "")
         is_text = str in kinds and get_origin(field.annotation) is not dict
         if unit or choices or is_text or isinstance(field.default, bool):
             kind = "bool" if isinstance(field.default, bool) else "str"

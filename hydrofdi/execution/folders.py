@@ -26,7 +26,7 @@ from hydrofdi.store.experiment_file import read_texts
 from hydrofdi.store.folder import read_provenance, read_request
 from hydrofdi.store.names import MESSAGE, MISSING, STATUS, VERDICT, output_variables, stored_variables
 from hydrofdi.store.results import rows_named, stored_run_ids
-from hydrofdi.store.shards import ShardResults, StoredRun, read_index, read_rows
+from hydrofdi.store.shards import ShardResults, read_index, read_rows
 from hydrofdi.store.verdicts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
 from hydrofdi.tables.answer import Answer, Piece
 
@@ -131,41 +131,35 @@ class Explanation(ParameterAnswer):
 
 @dataclass(frozen=True, repr=False)
 class Verification(Answer):
-    """Integrity of a folder: its ``faults``, one sentence each. True if there are none."""
+    """Integrity of a folder: its ``faults``, one sentence each. True if it is ``sound``: there are none."""
 
+    sound: bool
     faults: list[str]
 
     def __bool__(self) -> bool:
-        return not self.faults
+        return self.sound
 
     def parts(self) -> list[str]:
         """The faults."""
         return self.faults or ["every shard is sound"]
 
-    def to_dict(self) -> dict[str, Any]:
-        """What ``hydrofdi verify --json`` prints."""
-        return {"sound": bool(self), "faults": self.faults}
-
 
 @dataclass(frozen=True, repr=False)
 class Rerun(Answer):
-    """A stored run that was computed again, with the variables that are ``differing``. True if all bits
-    agree."""
+    """A stored run that was computed again, with the variables that are ``differing``. True if it has the
+    ``same_bits``."""
 
     run_id: str
+    same_bits: bool
     differing: list[str]
 
     def __bool__(self) -> bool:
-        return not self.differing
+        return self.same_bits
 
     def parts(self) -> list[str]:
         """One sentence."""
         result = f"differs in {', '.join(self.differing)}" if self.differing else "the same bits"
         return [f"run {self.run_id}: {result}"]
-
-    def to_dict(self) -> dict[str, Any]:
-        """What ``hydrofdi rerun --json`` prints."""
-        return {"run_id": self.run_id, "same_bits": bool(self), "differing": self.differing}
 
 
 def status(folder: Folder) -> SweepStatus:
@@ -226,7 +220,7 @@ def verify(folder: Folder) -> Verification:
         if n_run != len(plan.run_ids):
             holds = f"holds {counted(n_run, 'run')} of {len(plan.run_ids)}"
             faults.append(f"{plan.file}: {holds}; run 'hydrofdi collect'")
-    return Verification(faults)
+    return Verification(not faults, faults)
 
 
 def why(folder: Folder, run: str | int) -> Explanation:
@@ -258,7 +252,8 @@ def why(folder: Folder, run: str | int) -> Explanation:
     compared = plan.table.fixed_baseline[position]
     baseline = plan.experiment.nominal_parameters if compared == NO_ROW else plan.table.runs[compared].request
     stored, failure = plan.index.runs.get(run_id), plan.failures.get(run_id)
-    held = _held(stored) if stored is not None else {}
+    told = read_rows(stored.shard, _SAID, [stored.row]) if stored else {}  # older shards say less
+    held = {name: column[0] for name, column in told.items()}
     message, verdict = str(held.get(MESSAGE, "")), str(held.get(VERDICT, ""))
     status = stored.status if stored else failure.status if failure else "missing"
     provenance = read_provenance(plan.directory)
@@ -326,7 +321,7 @@ def rerun(folder: Folder, run: str | int, experiment: Experiment | None = None) 
         same = np.array_equal(old, new) if variable.is_text else np.array_equal(old, new, equal_nan=True)
         if not same:
             differing.append(variable.name)
-    return Rerun(run_id, differing)
+    return Rerun(run_id, not differing, differing)
 
 
 def _role(roles: StudyTable | None, position: int) -> str:
@@ -335,11 +330,6 @@ def _role(roles: StudyTable | None, position: int) -> str:
     population, design = roles.populations[roles.of_run[position]], roles.design_of_run[position]
     of_design = f", design {design + 1} of {len(roles.designs)}" if len(roles.designs) > 1 else ""
     return f"{population.title}, {'fit' if population.is_fit else 'test'} record{of_design}"
-
-
-def _held(stored: StoredRun) -> dict[str, Any]:
-    """What a shard says of a run: its message, verdict, and the numbers behind it; older ones say less."""
-    return {name: column[0] for name, column in read_rows(stored.shard, _SAID, [stored.row]).items()}
 
 
 def _doubt(doubt: Doubt, held: dict[str, Any]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ import hydrofdi
 from hydrofdi import errors
 from hydrofdi.cli.options import options_like, with_options
 from hydrofdi.cli.terminal import told_on_standard_error
+from hydrofdi.settings.messages import similar
 
 _MOST_OF_PATH = 60
 """Number of characters that are shown of a name that is too long."""
@@ -154,6 +155,9 @@ def main() -> None:
     except typer.TyperException as error:
         message = getattr(error, "format_message", error.__str__)().replace("Value error, ", "")
         context: Any = getattr(error, "ctx", None)
+        if hasattr(error, "possibilities") and (option := getattr(error, "option_name", "")):
+            known = [name for parameter in context.command.params for name in parameter.opts]
+            message = f"No such option: {option}{similar(option, known)}"
         hint = getattr(context, "command_path", "hydrofdi")
         code = (
             _complain(errors.without_credentials(f"{message} (see '{hint} --help')"))

@@ -62,7 +62,8 @@ docs: .venv/installed-runtime  ## generate the schemas, the table of symbols, an
 	$(BIN)/hydrofdi sweep configs/table3.yaml
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png
 	$(BIN)/hydrofdi sweep configs/grid.yaml
-	$(BIN)/hydrofdi report results/grid --figure sensitivity --out docs/images/grid.png
+	$(BIN)/hydrofdi report results/grid --figure results/grid/sensitivity.png
+	cp results/grid/sensitivity.png docs/images/grid.png
 	$(BIN)/hydrofdi report $(RESULT) --format markdown > $(RESULT)/table3.md
 	$(BIN)/hydrofdi report $(RESULT) --format csv > $(RESULT)/table3.csv
 

@@ -41,15 +41,15 @@ if TYPE_CHECKING:
     from hydrofdi.api.sweeps import check as check
     from hydrofdi.api.sweeps import collect as collect
     from hydrofdi.api.sweeps import plan as plan
-    from hydrofdi.api.sweeps import rerun as rerun
-    from hydrofdi.api.sweeps import status as status
     from hydrofdi.api.sweeps import sweep as sweep
-    from hydrofdi.api.sweeps import verify as verify
-    from hydrofdi.api.sweeps import why as why
     from hydrofdi.config import load_experiment as load_experiment
     from hydrofdi.diagnosis.diagnosing import Diagnosis as Diagnosis
     from hydrofdi.errors import HydrofdiError as HydrofdiError
     from hydrofdi.execution.exporting import Exported as Exported
+    from hydrofdi.execution.folders import rerun as rerun
+    from hydrofdi.execution.folders import status as status
+    from hydrofdi.execution.folders import verify as verify
+    from hydrofdi.execution.folders import why as why
     from hydrofdi.report.detection.evaluation import Evaluation as Evaluation
     from hydrofdi.report.inspection import Inspection as Inspection
     from hydrofdi.settings.files import schema as schema
@@ -66,11 +66,12 @@ _HOMES = {
         "api.run": "Run simulate",
         "api.starting": "configs init",
         "api.streams": "monitor_fleet replay",
-        "api.sweeps": "calibrate check collect plan rerun status sweep verify why",
+        "api.sweeps": "calibrate check collect plan sweep",
         "config": "load_experiment",
         "diagnosis.diagnosing": "Diagnosis",
         "errors": "HydrofdiError",
         "execution.exporting": "Exported",
+        "execution.folders": "rerun status verify why",
         "report.detection.evaluation": "Evaluation",
         "report.inspection": "Inspection",
         "settings.files": "schema",

@@ -9,11 +9,11 @@ from html import escape
 from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TextIO
+from typing import TYPE_CHECKING, Any, Self, TextIO, Unpack
 
 import numpy as np
 
-from hydrofdi.api.sources import Described, open_records
+from hydrofdi.api.sources import Described, Samples, open_records
 from hydrofdi.detectors import configuration
 from hydrofdi.detectors.detector import Detector as TrainedDetector
 from hydrofdi.detectors.file import DetectorFile, detector_text, is_detector, load_detector
@@ -130,14 +130,7 @@ class Detector(TrainedDetector):
             "summary": self._sentences(),
         }
 
-    def judge(
-        self,
-        data: Any,
-        *,
-        sampling_frequency: str | float | None = None,
-        channel: Names = None,
-        unit: Names = None,
-    ) -> Table:
+    def judge(self, data: Any, **samples: Unpack[Samples]) -> Table:
         """Judge every window of records, as ``hydrofdi detect`` does.
 
         Parameters
@@ -159,17 +152,10 @@ class Detector(TrainedDetector):
         ConfigError, DataError, StoreError
             An argument is invalid, or the records cannot be read.
         """
-        windows = self.windows(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)
+        windows = self.windows(data, **samples)
         return windows.table([*windows])
 
-    def windows(
-        self,
-        data: Any,
-        *,
-        sampling_frequency: str | float | None = None,
-        channel: Names = None,
-        unit: Names = None,
-    ) -> Tally:
+    def windows(self, data: Any, **samples: Unpack[Samples]) -> Tally:
         """The windows of records one after another, for more of them than memory holds.
 
         Parameters
@@ -182,21 +168,13 @@ class Detector(TrainedDetector):
         Tally
             Iterate over it once; afterwards it has counted them: ``n_judged``, ``n_alarm``, ``rate``.
         """
-        said = Described(sampling_frequency, channel, unit)
-        sources = open_records(data, self.file.channels, said)
+        sources = open_records(data, self.file.channels, Described(**samples))
         for source in sources:
             self.file.require_machine(source.data_sheet, source.name)
         batches = (batch for source in sources for batch in analysed_batches(source, labels=True))
         return Tally(self.file, chain.from_iterable(judged_windows(self, batch) for batch in batches))
 
-    def watch(
-        self,
-        chunks: Iterable[Any],
-        *,
-        sampling_frequency: str | float | None = None,
-        channel: Names = None,
-        unit: Names = None,
-    ) -> Iterator[dict[str, Any]]:
+    def watch(self, chunks: Iterable[Any], **samples: Unpack[Samples]) -> Iterator[dict[str, Any]]:
         """Judge a stream as its samples come, as ``hydrofdi monitor`` does.
 
         Parameters
@@ -232,11 +210,12 @@ class Detector(TrainedDetector):
         """
         if not isinstance(chunks, Iterable):
             raise refusal("chunks", "chunks of samples, one after another", chunks)
-        frequency = Described(sampling_frequency).frequency or self.file.sampling_frequency
+        said = Described(**samples)
+        frequency = said.frequency or self.file.sampling_frequency
 
         def lines() -> Iterator[Line]:
             state = self.start()
-            for chunk in _chunks(chunks, frequency, channel, unit):
+            for chunk in _chunks(chunks, frequency, said.channel, said.unit):
                 state, some = self.step(state, chunk)
                 yield from some
             yield from self.end(state)[1]
@@ -361,14 +340,7 @@ def require_place(out: Path) -> None:
         raise StoreError(f"{out}: already exists, is not a detector file and was not changed")
 
 
-def detect(
-    detector: Detector | str | PathLike[str],
-    data: Any,
-    *,
-    sampling_frequency: str | float | None = None,
-    channel: Names = None,
-    unit: Names = None,
-) -> Table:
+def detect(detector: Detector | str | PathLike[str], data: Any, **samples: Unpack[Samples]) -> Table:
     """Judge records with a trained detector, window by window, as ``hydrofdi detect`` does.
 
     Parameters
@@ -383,7 +355,7 @@ def detect(
         A row for each window, as `Detector.judge` gives it; errors are the same.
     """
     judge = detector if isinstance(detector, Detector) else Detector.load(detector)
-    return judge.judge(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)
+    return judge.judge(data, **samples)
 
 
 def train(
@@ -419,8 +391,9 @@ def train(
     healthy : str, int, or sequence of them, optional
         Labels of healthy records, besides those that descriptions name.
     best : bool
-        Train the winner of a stored study: the best score that keeps its false-alarm rate, with the rules and
-        on the fit records of the study, which are simulated again unless their signals are stored.
+        Train the winner of a study, whose results folder is the data: the best score that keeps its
+        false-alarm rate, with the rules and on the fit records of the study, which are simulated again unless
+        their signals are stored.
     sensors : str or sequence of str
         Sensors that the winner may need, such as ``P1,P2,x,u``; all by default.
     config : path or mapping, optional
@@ -519,8 +492,6 @@ def _study_at(data: Any) -> ExperimentData:
     from hydrofdi.store.results import read_results
 
     folders = data if isinstance(data, list | tuple) else [data]
-    path = path_of(folders[0]) if len(folders) == 1 and isinstance(folders[0], str | PathLike) else None
-    if path is None or not (path.is_dir() or path.suffix == ".h5"):
-        found = ", ".join(str(each) if isinstance(each, PathLike) else repr(each) for each in folders)
-        raise ConfigError(f"best: expected the results folder of one study; found {found}")
-    return read_results(path)
+    if len(folders) != 1 or not isinstance(folders[0], str | PathLike):
+        raise ConfigError("best: expected the results folder of one study")
+    return read_results(path_of(folders[0]))

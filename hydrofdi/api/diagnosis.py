@@ -108,7 +108,13 @@ def trend(
     def accept(unit: str, is_dated: bool) -> float | None:
         if is_dated and zero is not None:
             raise ConfigError("begin: the clock of the scores states dates already")
-        return None if limit is None else _limit_of(limit, unit)
+        if limit is None:
+            return None
+        expected = f"a score in {unit}, such as a number with its unit"
+        value = number_of("limit", limit, unit, expected, needs_unit=True)
+        if not math.isfinite(value):
+            raise ConfigError(f"limit: must be finite; found {limit!r}")
+        return value
 
     def trend_of(history: History) -> Trend:
         wanted = accept(history.unit, history.is_dated)
@@ -173,14 +179,6 @@ def _instant_of(begin: str) -> float:
     return zero
 
 
-def _limit_of(limit: Any, unit: str) -> float:
-    expected = f"a score in {unit}, such as a number with its unit"
-    value = number_of("limit", limit, unit, expected, needs_unit=True)
-    if not math.isfinite(value):
-        raise ConfigError(f"limit: must be finite; found {limit!r}")
-    return value
-
-
 def diagnose(
     data: Any,
     history: Any = None,
@@ -219,7 +217,6 @@ def diagnose(
     ConfigError, DataError
         An argument is invalid, or channels are missing.
     """
-    from hydrofdi.diagnosis.diagnosing import Diagnosis
     from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
     from hydrofdi.studies.healthy import HealthyRecords, is_of_study
 
@@ -245,4 +242,4 @@ def diagnose(
     stated = [each.options.model_dump(exclude_unset=True) for each in chosen if each.name == "flow_balance"]
     if len(stated) != 1:
         raise ConfigError(f"diagnose needs one flow_balance; {len(stated)} are among the indicators")
-    return Diagnosis(**vars(diagnose_records(asked, past, used, stated[0])))
+    return diagnose_records(asked, past, used, stated[0])

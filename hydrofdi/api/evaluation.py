@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike, fspath
-from typing import Any
+from typing import Any, Unpack
 
-from hydrofdi.api.sources import Described, open_records
+from hydrofdi.api.sources import Described, LabelledSamples, open_records
 from hydrofdi.detectors.rules import Rules, load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
@@ -15,7 +15,7 @@ from hydrofdi.indicators.measuring import measure_sources, used_channels
 from hydrofdi.indicators.selection import Indicators, assumed_plants, indicators_of, of_machine
 from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.evaluation import Evaluation
-from hydrofdi.settings.arguments import Names, Texts, names_of
+from hydrofdi.settings.arguments import names_of
 from hydrofdi.settings.files import Source, validated
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.healthy import Left, labels_of_healthy
@@ -31,11 +31,7 @@ def evaluate(
     false_alarm_rate: str | float = "1 %",
     confidence: str | float = "95 %",
     usual_scores: bool = False,
-    sampling_frequency: str | float | None = None,
-    channel: Names = None,
-    unit: Names = None,
-    label: Texts = None,
-    group: Texts = None,
+    **samples: Unpack[LabelledSamples],
 ) -> Evaluation:
     """Judge indicators on labelled records, as ``hydrofdi evaluate`` does.
 
@@ -88,7 +84,7 @@ def evaluate(
     rules = validated(Rules, Source({"false_alarm_rate": false_alarm_rate, "confidence": confidence}))
     chosen = indicators_of(indicators)
     wanted = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
-    said = Described(sampling_frequency, channel, unit, label, group)
+    said = Described(**samples)
     sources = open_records(data, used_channels(chosen), said)
     is_held = any(isinstance(source, HeldSource) for source in sources)
     if is_held and not any(getattr(source, "is_labelled", True) for source in sources):

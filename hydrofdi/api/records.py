@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
-from hydrofdi.api.sources import Described, kind_of, open_records
+from hydrofdi.api.sources import Described, LabelledSamples, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.measuring import MeasuredOutput, RecordMeasures, measure_sources, used_channels
@@ -26,7 +26,8 @@ from hydrofdi.records.files import selection
 from hydrofdi.records.source import write_description
 from hydrofdi.report.inspection import Inspection
 from hydrofdi.report.measures import measures_table
-from hydrofdi.settings.arguments import Names, Texts, names_of, path_of, refusal
+from hydrofdi.settings.arguments import Texts, names_of, path_of, refusal
+from hydrofdi.settings.files import write_new
 from hydrofdi.settings.messages import counted
 from hydrofdi.tables.table import Table
 
@@ -35,16 +36,7 @@ if TYPE_CHECKING:
     from hydrofdi.execution.exporting import Exported
 
 
-def measure(
-    data: Any,
-    indicators: Indicators = "dwt",
-    *,
-    sampling_frequency: str | float | None = None,
-    channel: Names = None,
-    unit: Names = None,
-    label: Texts = None,
-    group: Texts = None,
-) -> Table:
+def measure(data: Any, indicators: Indicators = "dwt", **samples: Unpack[LabelledSamples]) -> Table:
     """Measure indicators of records, as ``hydrofdi measure`` does.
 
     Parameters
@@ -91,7 +83,7 @@ def measure(
     Traceback (most recent call last):
     hydrofdi.errors.DataError: the array: no sampling frequency is given (sampling_frequency='1 kHz'), ...
     """
-    said = Described(sampling_frequency, channel, unit, label, group)
+    said = Described(**samples)
     columns, measured, remarks = measured_records(data, indicators, said)
     records = [*measured]
     doubts = [doubt for record in records for doubt in record.doubts]
@@ -131,8 +123,8 @@ def indicators(name: str | None = None) -> Any:
     Returns
     -------
     Table or Description
-        A row for each indicator: ``name``, ``summary``, ``channels`` that it needs, number of ``outputs``,
-        ``cost`` and ``source``. Of one: equation, source, channels, options and outputs.
+        A row for each indicator: ``name``, ``summary``, ``channels`` that it needs, number of ``outputs`` and
+        ``cost``. Of one: equation, source, channels, options and outputs.
 
     Raises
     ------
@@ -223,7 +215,7 @@ def _texts(name: str, given: Texts | Sequence[int] | int) -> list[str]:
     return found
 
 
-def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
+def indicators_table(described: Sequence[Description]) -> Table:
     """A row for each indicator."""
     symbols = [" ".join(Channel(name).symbol for name in each.channels) for each in described]
     columns: dict[str, list[Any]] = {
@@ -233,8 +225,7 @@ def indicators_table(described: Sequence[Description], *, with_sources: bool = T
         "outputs": [len(each.outputs) for each in described],
         "cost": [each.cost for each in described],
     }
-    sources = {"source": [each.source for each in described]} if with_sources else {}
-    return Table.of(columns | sources, row="indicator")
+    return Table.of(columns, row="indicator")
 
 
 _MOST_SIMULATED = 32
@@ -246,11 +237,7 @@ def inspect(
     *,
     record: str | None = None,
     write: str | PathLike[str] | None = None,
-    sampling_frequency: str | float | None = None,
-    channel: Names = None,
-    unit: Names = None,
-    label: Texts = None,
-    group: Texts = None,
+    **samples: Unpack[LabelledSamples],
 ) -> Inspection | PlantInspection:
     """Inspect records: channels, rates, lengths, ranges and defects.
 
@@ -288,15 +275,14 @@ def inspect(
     (only, *others) = data if isinstance(data, list) and data else [data]
     if not others and isinstance(only, str | PathLike) and path_of(only).suffix.lower() == ".fmu":
         return _inspected_plant(path_of(only), write)
-    said = Described(sampling_frequency, channel, unit, label, group)
+    said = Described(**samples)
     if not isinstance(record, str | None):
         raise refusal("record", "the name of a record", record)
     if write is not None:
-        (path, *more) = data if isinstance(data, list) else [data]
-        if more or (kind := kind_of(path_of(path))) != "measured":
-            given = counted(len(more) + 1, "source") if more else f"{path}, which is of kind {kind!r}"
+        if others or (kind := kind_of(path_of(only))) != "measured":
+            given = counted(len(others) + 1, "source") if others else f"{only}, which is of kind {kind!r}"
             raise ConfigError(f"write: expected a data file, or a folder of data files; found {given}")
-        if "…" in write_description(path_of(path), path_of(write), said.frequency):
+        if "…" in write_description(path_of(only), path_of(write), said.frequency):
             raise ConfigError(f"{write}: is written; replace each … in it")
         data, said = write, Described()
     sources: list[Any] = open_records(data, said=said)
@@ -325,11 +311,8 @@ def inspect(
 
 def _inspected_plant(path: Path, write: str | PathLike[str] | None) -> PlantInspection:
     from hydrofdi.config.plant_inspection import inspect_plant
-    from hydrofdi.store.files import write_whole_text
 
     plant = inspect_plant(path)
     if write is not None:
-        if (target := path_of(write)).exists():
-            raise ConfigError(f"{target}: exists already; give a new file")
-        write_whole_text(target, inspect_plant(path.resolve()).proposal)
+        write_new(path_of(write), inspect_plant(path.resolve()).proposal)
     return plant

@@ -66,10 +66,18 @@ class Run(ParameterAnswer):
     spec : RunSpec
     columns : dict
         Name of a variable → its values with one row, in SI.
+    run_id : str
+        Identity: a hash of what determines the run.
+    status, message : str
+        ``ok``, or how the run failed, and a sentence on it.
+    verdict : str
+        How far the numbers can be believed; ``ok`` where nothing speaks against it.
     """
 
     def __init__(self, experiment: ExperimentConfig, spec: RunSpec, columns: Columns) -> None:
         self.experiment, self.spec, self.columns = experiment, spec, columns
+        texts = (names.RUN_ID, names.STATUS, names.MESSAGE, names.VERDICT)
+        self.run_id, self.status, self.message, self.verdict = (str(columns[each][0]) for each in texts)
 
     @property
     def title(self) -> str:
@@ -86,26 +94,6 @@ class Run(ParameterAnswer):
             machine = plant.name if plant.fmu else ""
             oil = f"EBM {modulus}" if plant.takes("fluid.bulk_modulus") else ""
             return ", ".join(filter(None, (machine, oil, leakage))) + failed
-
-    @property
-    def run_id(self) -> str:
-        """Identity: a hash of what determines the run."""
-        return str(self.columns[names.RUN_ID][0])
-
-    @property
-    def status(self) -> str:
-        """``ok``, or how the run failed."""
-        return str(self.columns[names.STATUS][0])
-
-    @property
-    def message(self) -> str:
-        """A sentence on a run that failed; else empty."""
-        return str(self.columns[names.MESSAGE][0])
-
-    @property
-    def verdict(self) -> str:
-        """How far the numbers can be believed; ``ok`` where nothing speaks against it."""
-        return str(self.columns[names.VERDICT][0])
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -163,20 +151,13 @@ class Run(ParameterAnswer):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """A sentence on each setting that is strange, without effect, or too fast for the step."""
-        from hydrofdi.execution.checks import likely_mistakes
+        from hydrofdi.execution.checks import likely_mistakes, saturation
 
         doubts = likely_mistakes(self.experiment, lambda *_: [self.spec.request], with_sweep=False)
-        return (*doubts, *self.saturation)
-
-    @property
-    def saturation(self) -> list[str]:
-        """A sentence if the controller is at its voltage limit for much of the record."""
-        from hydrofdi.execution.checks import saturation
-
         voltages = self.columns.get("input_voltage")
-        if voltages is None or self.status != "ok":
-            return []
-        return [*saturation(self.spec.parameters, voltages[0])]
+        if voltages is not None and self.status == "ok":
+            doubts += saturation(self.spec.parameters, voltages[0])
+        return tuple(doubts)
 
     def to_xarray(self) -> xarray.Dataset:
         """Signals over time and all features, with units and long names as attributes.

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -20,6 +20,21 @@ from hydrofdi.records.source import HeldSource, MeasuredSource, measured_source,
 from hydrofdi.settings.arguments import Names, Texts, path_of, positive_of, refusal
 from hydrofdi.settings.files import located, ready_hint
 from hydrofdi.settings.messages import counted
+
+
+class Samples(TypedDict, total=False):
+    """Keywords on samples in memory."""
+
+    sampling_frequency: str | float | None
+    channel: Names
+    unit: Names
+
+
+class LabelledSamples(Samples, total=False):
+    """Keywords on samples of several records in memory."""
+
+    label: Texts
+    group: Texts
 
 
 @dataclass(frozen=True)

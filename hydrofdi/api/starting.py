@@ -11,7 +11,7 @@ from hydrofdi.config.data_sheet import name_text, section_text, sheet_text
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.arguments import path_of
-from hydrofdi.settings.files import ready_copy, ready_names, ready_summary
+from hydrofdi.settings.files import ready_copy, ready_names, ready_summary, write_new
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.tables.table import Table
 
@@ -36,8 +36,9 @@ def init(
     name : str
         Name of the experiment; the file is ``NAME.yaml``. An existing file is never overwritten.
     template : str
-        What is copied if no data sheet is given. ``description``: with a data sheet, the section
-        ``actuator`` of a description of records alone.
+        Without a data sheet. actuator: the smallest leak that is found on your actuator. online: the delay
+        until a new leak is found. paper: the actuator and the sweep of the paper. description: with a data
+        sheet, the section ``actuator`` of a description of records.
     folder : path
         Where the file is written.
     **data_sheet
@@ -76,13 +77,7 @@ def init(
         copied = _NAME.sub(f"name: {name_text(experiment)}", ready_copy(f"templates/{template}"), count=1)
         text = _COMMANDS.sub("", copied, count=1)
     file = path_of(folder) / f"{experiment}.yaml"
-    try:
-        with open(file, "x", encoding="utf-8") as new:
-            new.write(text)
-    except FileExistsError:
-        raise ConfigError(f"{file}: already exists; choose another name") from None
-    except OSError as error:
-        raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
+    write_new(file, text)
     return file
 
 

@@ -7,16 +7,16 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from os import PathLike
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO, Unpack
 
-from hydrofdi.api.sources import Described, open_records
+from hydrofdi.api.sources import Described, Samples, open_records
 from hydrofdi.detectors.file import is_detector
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.replaying import replayed
 from hydrofdi.monitor.replaying import text_sender as text_sender
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.arguments import Names, names_of, path_of, positive_of
+from hydrofdi.settings.arguments import names_of, path_of, positive_of
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.loop import Ending
@@ -29,9 +29,7 @@ def replay(
     record: str = "",
     now: bool = False,
     settings: Sequence[str] = (),
-    sampling_frequency: str | float | None = None,
-    channel: Names = None,
-    unit: Names = None,
+    **samples: Unpack[Samples],
 ) -> Iterator[Chunk]:
     """Play records as a stream, for trying a detector out.
 
@@ -69,9 +67,7 @@ def replay(
     """
     (chosen,) = names_of("record", record, "the number or name of a record") if record != "" else [""]
     stated = names_of("settings", settings, "texts such as 'fluid.bulk_modulus=689 MPa'")
-    sources = open_records(
-        data, tuple(Channel), Described(sampling_frequency, channel, unit, settings=stated)
-    )
+    sources = open_records(data, tuple(Channel), Described(**samples, settings=stated))
     if rate is not None and rate != "max":
         rate = positive_of("rate", rate, "Hz", "a number in Hz, a text such as '500 Hz', or 'max'")
     pace = math.inf if rate == "max" else rate

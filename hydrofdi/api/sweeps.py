@@ -1,4 +1,4 @@
-"""From an experiment to its results: the verbs of sweeps, and questions to their folders."""
+"""From an experiment to its results: the verbs of sweeps."""
 
 from __future__ import annotations
 
@@ -11,16 +11,6 @@ from hydrofdi.api.results import Results
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.values import shown_in
 from hydrofdi.errors import ConfigError, SweepInterrupted
-from hydrofdi.execution.folders import (
-    Explanation,
-    Rerun,
-    SweepStatus,
-    Verification,
-    explained,
-    progress_of,
-    repeated,
-    verified,
-)
 from hydrofdi.execution.plan import WHOLE, Plan, part_of, planned
 from hydrofdi.settings.arguments import count_of, path_of, positive_of
 from hydrofdi.store.results import experiment_directory, read_results
@@ -29,9 +19,6 @@ from hydrofdi.tables.table import Table
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings
     from hydrofdi.execution.checking import Check
-
-Folder = str | PathLike[str] | Results
-"""Folder of an experiment, or what is stored in it."""
 
 
 def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings]) -> Check:
@@ -250,78 +237,3 @@ def collect(folder: str | PathLike[str] | Results) -> Results:
     directory = path_of(folder)
     collected(directory)
     return Results(read_results(directory))
-
-
-def status(folder: Folder) -> SweepStatus:
-    """Progress of the latest sweep in a folder.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    >>> study = {"name": "oils", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.status(results.folder)
-    2 planned, 2 done, 0 failed, 0 missing (2 ok)
-    """
-    return progress_of(path_of(folder))
-
-
-def verify(folder: Folder) -> Verification:
-    """Check the checksum of every shard, and whether index and experiment file match.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment.
-    """
-    return verified(path_of(folder))
-
-
-def why(folder: Folder, run: str | int) -> Explanation:
-    """A run explained: its settings, verdict and failure.
-
-    Parameters
-    ----------
-    folder : path or Results
-    run : str or int
-        Beginning of its identity, or its row.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment, or no such run.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    >>> study = {"name": "oils", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.why(results.folder, 1).differences
-    {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
-    """
-    return explained(path_of(folder), run)
-
-
-def rerun(folder: Folder, run: str | int, experiment: Experiment | None = None) -> Rerun:
-    """Compute a stored run again, and compare the bits.
-
-    Parameters
-    ----------
-    folder, run
-        As in `why`.
-    experiment : path, mapping or ExperimentConfig, optional
-        By default the latest request of the folder; a file of indicators is executed only if it is given.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment or no such run, or the run is not stored.
-    """
-    return repeated(path_of(folder), run, None if experiment is None else load_experiment(experiment))

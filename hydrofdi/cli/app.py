@@ -70,31 +70,22 @@ _HOMES = {
 """Command → module below ``hydrofdi.cli``."""
 
 _KEYWORDS = {
-    "calibrate": ("flows --flow",),
-    "detect": ("sampling_frequency",),
-    "diagnose": ("indicators", "healthy", "sampling_frequency"),
-    "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),
-    "export": ("format", "channels", "unit", "runs", "sampling_frequency", "overwrite"),
-    "inspect": ("record", "write", "sampling_frequency"),
-    "measure": ("indicators", "sampling_frequency"),
-    "monitor": ("config", "state", "log", "metrics", "follow", "sampling_frequency"),
-    "plan": ("out", "workers", "retry_failed"),
-    "replay": ("record", "now", "sampling_frequency"),
-    "rerun": ("experiment --config",),
-    "simulate": ("out",),
-    "sweep": ("out", "workers", "engine", "scheduler", "shared_directory", "part", "retry_failed"),
-    "train": ("healthy", "config", "sampling_frequency"),
-    "trend": (
-        "limit",
-        "machine",
-        "indicator",
-        "output",
-        "every",
-        "begin",
-        "false_alarm_rate",
-        "confidence",
-        "sampling_frequency",
-    ),
+    "calibrate": "flows:--flow",
+    "detect": "sampling_frequency",
+    "diagnose": "indicators healthy sampling_frequency",
+    "evaluate": "indicators healthy false_alarm_rate confidence usual_scores",
+    "export": "format channels unit runs sampling_frequency overwrite",
+    "init": "template:--from",
+    "inspect": "record write sampling_frequency",
+    "measure": "indicators sampling_frequency",
+    "monitor": "config state log metrics follow sampling_frequency",
+    "plan": "out workers retry_failed",
+    "replay": "record now sampling_frequency",
+    "rerun": "experiment:--config",
+    "simulate": "out",
+    "sweep": "out workers engine scheduler shared_directory part retry_failed",
+    "train": "healthy best sensors config sampling_frequency",
+    "trend": "limit machine indicator output every begin false_alarm_rate confidence sampling_frequency",
 }
 """Command → keywords of a function in Python that are its options, too."""
 
@@ -129,7 +120,7 @@ def _options(name: str, module: Any) -> dict[str, Any]:
     """The options of a command that follow from a configuration, or from a function."""
     stated: dict[str, Any] = getattr(module, f"{name}_options", dict)()
     if name in _KEYWORDS:
-        stated |= options_like(attrgetter(_FUNCTIONS.get(name, name))(hydrofdi), _KEYWORDS[name])
+        stated |= options_like(attrgetter(_FUNCTIONS.get(name, name))(hydrofdi), _KEYWORDS[name].split())
     return stated
 
 

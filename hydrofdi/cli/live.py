@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 import hydrofdi
-from hydrofdi.cli.options import Detector, Found, Json, Settings, Sources
+from hydrofdi.cli.options import Detector, Figure, Found, Json, Settings, Sources
 from hydrofdi.cli.terminal import answer, draw, tell, write_out
 from hydrofdi.errors import ConfigError, interruption, without_credentials
 from hydrofdi.settings.messages import counted
@@ -34,12 +34,6 @@ _MOST_ROWS = 20
 def train(
     sources: Sources,
     out: Annotated[Path, typer.Option(metavar="FILE", help="JSON file to write the detector to.")],
-    best: Annotated[
-        bool, typer.Option("--best", help="Train the winner of a study; SOURCE is its results folder.")
-    ] = False,
-    sensors: Annotated[
-        str, typer.Option(metavar="P1,P2,…", help="With --best: sensors that the winner may need.")
-    ] = "",
     **settings: Any,
 ) -> Found:
     """Train a detector on healthy records and show the evidence for its false-alarm rate.
@@ -52,7 +46,6 @@ def train(
     from hydrofdi.tables.answer import Reply
 
     command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
-    settings |= {"best": best, "sensors": sensors or ()}
     detector = hydrofdi.train(sources, out=out, command=command, **settings)
     left, told = detector.left_out, []
     if left.n_rejected:
@@ -254,9 +247,7 @@ def trend(
             help="Logs of 'hydrofdi monitor --log', or a description or folder of measured files with dates.",
         ),
     ],
-    figure: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the trend (.png, .svg or .pdf).")
-    ] = None,
+    figure: Figure = None,
     **settings: Any,
 ) -> Found:
     """State since when a leak grows, how fast, and when it reaches a limit.

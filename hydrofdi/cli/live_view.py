@@ -35,7 +35,7 @@ class LiveView:
         self._opened = self._arrived = time.monotonic()
         self._drawn = self._opened - _FRAME
         self._samples: Chunk | None = None
-        self._condition, self._since, self._is_connected, self._unread = Condition.UNKNOWN, 0.0, True, ""
+        self._condition, self._since, self._is_connected = Condition.UNKNOWN, 0.0, True
         self._windows, self._events = deque[WindowLine](maxlen=50), deque[Event](maxlen=3)
         self._counts = Counter[str]()
 
@@ -60,10 +60,6 @@ class LiveView:
     def _take(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         if chunk is not None and (readable := chunk.readable).n_time:
             self._samples, self._arrived, self._is_connected = readable, time.monotonic(), True
-            self._unread, self._counts["unread"] = "", 0
-        if chunk is not None and chunk.unread:
-            self._unread = self._unread or next(iter(chunk.unread.values()))
-            self._counts["unread"] += len(chunk.unread)
         for line in lines:
             if isinstance(line, Event):
                 self._counts[line.kind] += 0 if line.is_end else line.count
@@ -119,13 +115,9 @@ class LiveView:
         silence = time.monotonic() - self._arrived
         patience = max(_SILENT_AFTER, 2.0 * self._file.n_sample / self._file.sampling_frequency)
         if self._samples is not None and self._is_connected and silence <= patience:
-            began = "no window judged yet"
-            if self._windows:
-                began = f"since {_instant_text(self._since)}"
+            began = f"since {_instant_text(self._since)}" if self._windows else "no window judged yet"
             return self._condition.upper(), began
         why = "" if self._is_connected else "disconnected, "
-        if self._unread:
-            return "SILENT", f"{why}{self._counts['unread']:,} malformed: {self._unread}"
         if self._samples is None:
             return "SILENT", f"{why}waiting for samples for {time_text(silence)}"
         return "SILENT", f"{why}no samples for {time_text(silence)}; last condition: {self._condition}"

@@ -59,7 +59,8 @@ Detector = Annotated[
     Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
 ]
 Figure = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Draw the signals of one record (.png, .svg or .pdf).")
+    Path | None,
+    typer.Option(metavar="FILE", help="Draw the signals of one record, or the trend (.png, .svg or .pdf)."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON on standard output.")]
 
@@ -115,7 +116,7 @@ def with_options(command: Callable[..., Any], options: Mapping[str, Any]) -> Cal
 def options_like(function: Any, names: Iterable[str]) -> dict[str, Any]:
     """Name → annotation of an option, for some keywords of a function: type, default and help are its own.
 
-    An option of another name follows that of the keyword: ``flows --flow``.
+    An option of another name follows that of the keyword: ``flows:--flow``.
     """
     own = signature(function).parameters
     section = cleandoc(function.__doc__).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
@@ -124,11 +125,11 @@ def options_like(function: Any, names: Iterable[str]) -> dict[str, Any]:
         head, _, text = part.partition("\n")
         texts |= dict.fromkeys(head.partition(" : ")[0].split(", "), text)
     options = {}
-    for name, _, flag in (each.partition(" ") for each in names):
-        kind, default = str(own[name].annotation), own[name].default
+    for name, _, flag in (each.partition(":") for each in names):
         if name == "sampling_frequency":
             options[name] = SamplingFrequency
             continue
+        kind, default = str(own[name].annotation), own[name].default
         metavar = name.rpartition("_")[2].upper()
         if "PathLike" in kind or "Experiment" in kind:
             metavar = "DIR" if "Folder" in texts[name] else "FILE"
@@ -145,7 +146,7 @@ def options_like(function: Any, names: Iterable[str]) -> dict[str, Any]:
 
 def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     """Name → annotation of an option, for each of these keys of a configuration whose field is no section."""
-    from hydrofdi.settings.quantities import SI, field_texts
+    from hydrofdi.settings.quantities import field_quantity, field_texts
 
     options = {}
     for name, path in keys.items():
@@ -157,8 +158,7 @@ def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any
         kinds = (field.annotation, *get_args(field.annotation))
         members = [name for each in kinds for name in getattr(each, "_value2member_map_", ())]
         choices = members or [each for each in kinds if isinstance(each, str)]
-        metadata = [*field.metadata, *(each for kind in kinds for each in getattr(kind, "__metadata__", ()))]
-        unit = next((each.unit for each in metadata if isinstance(each, SI)), "")
+        unit = getattr(field_quantity(field), "unit", "")
         is_text = str in kinds and get_origin(field.annotation) is not dict
         if unit or choices or is_text or isinstance(field.default, bool):
             kind = "bool" if isinstance(field.default, bool) else "str"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -55,52 +55,38 @@ def measure(
     Exit code 1 if records are rejected or have no number of any indicator, or an indicator fails.
     'hydrofdi indicators' lists what can be measured.
     """
-    from hydrofdi.api.records import measured_records
+    from hydrofdi.api.records import measured_records, write_measures
     from hydrofdi.api.sources import Described
     from hydrofdi.indicators.faults import summaries
     from hydrofdi.indicators.measuring import Counted
+    from hydrofdi.report.measures import csv_lines, json_parts
+    from hydrofdi.tables.answer import Reply
 
-    chosen_form = _form("json" if json else form, out)
+    chosen = "json" if json else form or (out.suffix.lower()[1:] if out else "table")
+    if out is None and chosen == "parquet":
+        raise ConfigError("--format parquet needs --out FILE")
+    if out is not None and chosen not in ("csv", "json", "parquet"):
+        raise ConfigError(f"--out {out}: name it .csv, .json or .parquet, or give --format")
     said = Described(settings.get("sampling_frequency"))
     columns, measured, remarks = measured_records(sources, settings.get("indicators", "dwt"), said)
     tell(*(f"warning: {remark}" for remark in remarks))
     tally = Counted()
-    _write(chosen_form, out, columns, tally.count(measured))
+    records = tally.count(measured)
+    if out is not None:
+        write_measures(out, chosen, columns, records)
+    elif chosen == "table":
+        answer(Reply({}, _measures(columns, iter(records))))
+    else:
+        for line in (csv_lines if chosen == "csv" else json_parts)(columns, records):
+            write_out(line)
     if out is not None:
         tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
     doubts = summaries(tally.doubts, tally.n_record - tally.n_rejected - tally.n_empty)
     tell(*tally.sentences(), *(f"warning: {summary}" for summary in doubts))
-    if tally.n_unmeasured and chosen_form != "table":
+    if tally.n_unmeasured and chosen != "table":
         unmeasured = counted(tally.n_unmeasured, "record")
         tell(f"without some numbers: {unmeasured}; the first: {tally.first_reason}")
     return int(tally.is_lacking)
-
-
-def _form(form: str | None, out: Path | None) -> str:
-    if out is None:
-        if form == "parquet":
-            raise ConfigError("--format parquet needs --out FILE")
-        return form or "table"
-    form = form or out.suffix.lower().lstrip(".")
-    if form not in ("csv", "json", "parquet"):
-        raise ConfigError(f"--out {out}: name it .csv, .json or .parquet, or give --format")
-    return form
-
-
-def _write(
-    form: str, out: Path | None, columns: Sequence[MeasuredOutput], records: Iterable[RecordMeasures]
-) -> None:
-    from hydrofdi.api.records import write_measures
-    from hydrofdi.report.measures import csv_lines, json_parts
-    from hydrofdi.tables.answer import Reply
-
-    if out is not None:
-        write_measures(out, form, columns, records)
-    elif form == "table":
-        answer(Reply({}, _measures(columns, iter(records))))
-    else:
-        for line in (csv_lines if form == "csv" else json_parts)(columns, records):
-            write_out(line)
 
 
 def _measures(columns: Sequence[MeasuredOutput], records: Iterator[RecordMeasures]) -> Iterator[Any]:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 import hydrofdi
-from hydrofdi.cli.options import Config, Figure, Found, Json, Settings
-from hydrofdi.cli.terminal import answer, draw, print_json, tell, width, write_out
+from hydrofdi.cli.options import Config, Figure, Found, Settings
+from hydrofdi.cli.terminal import draw, print_json, tell, write_out
 from hydrofdi.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -21,15 +21,6 @@ def init(
     name: Annotated[
         str, typer.Argument(help="Name of the experiment; writes NAME.yaml to this folder.")
     ] = "my-actuator",
-    template: Annotated[
-        Literal["actuator", "paper", "online", "description"],
-        typer.Option(
-            "--from",
-            help="Without a data sheet. actuator: the smallest leak that is found on your actuator. online:"
-            " the delay until a new leak is found. paper: the actuator and the sweep of the paper."
-            " description: with a data sheet, the section 'actuator' of a description of records.",
-        ),
-    ] = "actuator",
     **data_sheet: Any,
 ) -> int:
     """Write a commented configuration for your own actuator.
@@ -38,7 +29,8 @@ def init(
     beside its formula. Else an example to fill in. It contains motion, load, sensors and study, with units,
     and runs unchanged. An existing file is never overwritten.
     """
-    file = hydrofdi.init(name, template=template, **data_sheet)
+    file = hydrofdi.init(name, **data_sheet)
+    template = data_sheet.pop("template", "")
     if template == "description":
         write_out(f"{file}: the section 'actuator' of the description of your records\n")
         return 0
@@ -61,8 +53,7 @@ def init_options() -> dict[str, Any]:
 
 def configs(
     name: Annotated[str | None, typer.Argument(help="Configuration to print, or group to list.")] = None,
-    json: Json = False,
-) -> int:
+) -> Found:
     """List the ready configurations, or print one to copy.
 
     Their names work wherever a command takes a configuration: 'hydrofdi sweep table3'. A file of your own
@@ -78,14 +69,11 @@ def configs(
             "Use a name like a file: 'hydrofdi sweep table3', 'hydrofdi plan delays/smoke'.\n"
             "'hydrofdi configs NAME' prints one to copy."
         )
-        return answer(Reply({"configs": table}, [table, "", use]), json=json)
+        return Reply({"configs": table}, [table, "", use])
     if asked not in ready_names():
         raise ConfigError(f"{name}: no such ready configuration{ready_hint(Path(asked))}")
     text = ready_copy(asked)
-    if not json:
-        write_out(text)
-        return 0
-    return answer(Reply({"name": asked, "about": ready_summary(asked), "text": text}), json=True)
+    return Reply({"name": asked, "about": ready_summary(asked), "text": text}, [text.removesuffix("\n")])
 
 
 def check(config: Config = None, settings: Settings = None) -> Found:
@@ -116,10 +104,6 @@ def simulate(config: Config = None, settings: Settings = None, figure: Figure = 
     return run
 
 
-_WIDE = 110
-"""Width from which the terminal has room for the sources [columns]."""
-
-
 def indicators(
     name: Annotated[str | None, typer.Argument(help="Indicator to describe, with its options.")] = None,
 ) -> Found:
@@ -136,7 +120,7 @@ def indicators(
     found = [describe(each) for each in indicator_names()]
     used = sorted({channel for each in found for channel in each.channels})
     parts = (
-        indicators_table(found, with_sources=width() >= _WIDE),
+        indicators_table(found),
         "\n" + ", ".join(f"{Channel(channel).symbol}: {channel}" for channel in used),
         "'hydrofdi indicators NAME' shows equation, source, options and outputs of one indicator.",
     )

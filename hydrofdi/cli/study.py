@@ -51,12 +51,11 @@ def sweep(
             answer(stop.summary, json=json)
         raise
     assert results.summary is not None
-    code = answer(results.summary, json=json)
+    code, file = answer(results.summary, json=json), results.summary.file
     if more.get("part"):
-        folder = results.summary.file.parent
-        tell(f"stored part {more['part']}; 'hydrofdi collect {folder}' joins the parts")
+        tell(f"stored part {more['part']}; 'hydrofdi collect {file.parent}' joins the parts")
     else:
-        tell(f"stored {results.file}; see 'hydrofdi report {results.folder}'")
+        tell(f"stored {file}; see 'hydrofdi report {file.parent}'")
     return code
 
 
@@ -82,15 +81,11 @@ def _asked(
         raise ConfigError("give an experiment file, or what varies: --grid EBM=551MPa:827MPa:3")
     if write is not None:
         from hydrofdi.config.loading import text_of_settings
+        from hydrofdi.settings.files import write_new
 
         is_file = config is not None and config.exists()
         extends = os.path.relpath(str(config), write.parent) if is_file else str(config or "")
-        text = text_of_settings(stated, extends)
-        try:
-            with write.open("x", encoding="utf-8") as new:
-                new.write(text)
-        except OSError as error:
-            raise ConfigError(f"{write}: {error.strerror}") from None
+        write_new(write, text_of_settings(stated, extends))
         tell(f"wrote {write}")
         config, stated = write, []
     return hydrofdi.load_experiment(config, stated)
@@ -191,16 +186,13 @@ def report(
     ] = None,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR|FILE", help="Write all formats and figures to this folder; or one figure to a file."
-        ),
+        Path | None, typer.Option(metavar="DIR", help="Write all formats and figures to this folder.")
     ] = None,
     figure: Annotated[
         Path | None,
         typer.Option(
-            metavar="NAME",
-            help="Draw this figure to --out FILE (.png, .svg, .pdf), or to NAME.svg. Any sweep: responses,"
+            metavar="NAME.svg",
+            help="Draw the figure of this name (.png, .svg, .pdf). Any sweep: responses,"
             " sensitivity (heat maps over two parameters). A study of detection: answer, ranking, pod, roc,"
             " false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
             " phases.",
@@ -229,13 +221,9 @@ def report(
     with shown_in(results.data.experiment.units):
         made = results.composed
         if figure is not None:
-            from hydrofdi.report.figures import KINDS, write_figure
+            from hydrofdi.report.figures import write_figure
 
-            target = out if out and out.suffix[1:] in KINDS else figure if figure.suffix else out
-            if target is None:
-                raise ReportError(f"--figure {figure}: add --out FILE, or write --figure {figure}.svg")
-            tell(f"drew {target}: {write_figure(made, target, figure.stem)}")
-            out = None if target == out else out
+            tell(f"drew {figure}: {write_figure(made, figure)}")
         if html:
             from hydrofdi.report.page import write_page
 

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
+from hydrofdi.config import ExperimentConfig, RunParameters, RunTable, expand_runs
 from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.machine import flow_at_reference
-from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
+from hydrofdi.config.plausibility import unusual_parameters
 from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.runs import spread
 from hydrofdi.config.sweep import SweepConfig
@@ -24,14 +24,7 @@ from hydrofdi.engine import limited
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.checks import experiment_warnings, plausibility, stroke_share
 from hydrofdi.execution.compute import Job, compute_columns, split_jobs
-from hydrofdi.quality.machine import (
-    FIGURES,
-    Distinct,
-    lag_limit,
-    machine_figures,
-    step_limits,
-    too_long_sentence,
-)
+from hydrofdi.quality.machine import FIGURES, lag_limit, machine_figures, step_limits, too_long_sentence
 from hydrofdi.settings.messages import (
     K_I_UNIT,
     convert,
@@ -59,6 +52,8 @@ abs(x_p) over half of the stroke, or V/A without one [-]; ``status`` and ``verdi
 
 MOST_ROWS = 24
 """Most runs that have a row each."""
+
+_USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
 
 
 @dataclass(frozen=True, repr=False)
@@ -129,12 +124,13 @@ class Check(ParameterAnswer):
 
 def checked(experiment: ExperimentConfig) -> Check:
     """Findings on an experiment, from its runs alone and from some that are simulated."""
+    table = expand_runs(experiment)
     with limited(experiment.limits.time_per_job):
-        selection = select_runs(experiment)
-        rows = computed_rows(selection.jobs)
-    jobs, distinct = selection.jobs, selection.distinct
-    nominal, record = jobs[0].parameters, jobs[0].parameters.record
-    modes = [_mode_of_run(job, row, selection.labels) for job, row in zip(jobs, rows, strict=True)]
+        jobs, n_left_out, unreached = select_runs(experiment, table)
+        rows = computed_rows(jobs)
+    distinct, nominal, record = table.runs.distinct, jobs[0].parameters, jobs[0].parameters.record
+    labels = [name for name in table.axes if name not in _USUAL and name.partition(".")[0] not in OBSERVATION]
+    modes = [_mode_of_run(job, row, labels) for job, row in zip(jobs, rows, strict=True)]
     step, limits = max(job.parameters.record.step for job in jobs), step_limits(distinct)
     for mode in modes:
         if math.isfinite(mode["frequency"]) and math.isfinite(mode["damping_ratio"]):
@@ -149,13 +145,9 @@ def checked(experiment: ExperimentConfig) -> Check:
     told = {end: f"{end[1]}: {n} of {counted(len(modes), 'run')}" for end, n in ends.items()}
     messages = {str(row["status"]): str(row["message"]) for row in rows}
     problems += [f"{text}: {messages[status]}" for (status, _), text in told.items() if status != "ok"]
-    problems += selection.unreached
+    problems += unreached
     with shown_in(experiment.units):
-        warnings = [
-            *unusual_values(experiment),
-            *idle_parameters(experiment),
-            *experiment_warnings(experiment, distinct),
-        ]
+        warnings = experiment_warnings(experiment, distinct)
     unusual = unusual_parameters(experiment)
     tabled = {parameter.sentence for parameter in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
@@ -166,8 +158,8 @@ def checked(experiment: ExperimentConfig) -> Check:
         figures={} if nominal.plant.fmu else machine_figures(experiment.nominal_parameters),
         modes=modes,
         n_sample=record.n_sample,
-        n_left_out=selection.n_left_out,
-        n_run=selection.n_run,
+        n_left_out=n_left_out,
+        n_run=len(table.runs),
         sampling_frequency=record.sampling_frequency,
         plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows),
         problems=problems,
@@ -242,34 +234,15 @@ def _modes_table(check: Check) -> Table:
     return Table(content, title="Hydraulic mode in motion", n_lead=3)
 
 
-_USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
-
-
-@dataclass(frozen=True)
-class CheckedRuns:
-    """Runs to look at: distinct ones with their K_i and ideal sensors, and their varied parameters besides
-    EBM, internal leakage, sensors and analysis; how many distinct ones are left out, how many runs there
-    are, and which leakage flows no run reaches.
-    """
-
-    jobs: list[Job]
-    labels: tuple[str, ...]
-    n_left_out: int
-    n_run: int
-    distinct: Distinct
-    unreached: Sequence[str] = ()
-
-
-def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> CheckedRuns:
-    """The runs of an experiment that differ in more than sensors and analysis.
+def select_runs(
+    experiment: ExperimentConfig, table: RunTable, most: int = WIDTH
+) -> tuple[list[Job], int, list[str]]:
+    """The runs of an experiment that differ in more than sensors and analysis, with their K_i and ideal
+    sensors; how many are left out, and which leakage flows none of them reaches.
 
     Where there are more than `most`, they are spread evenly over the swept runs, and a quarter at most over
     the healthy ones that are added. In an ensemble, a leakage that cannot be reached is a run without K_i.
     """
-    table = expand_runs(experiment)
-    labels = tuple(
-        name for name in table.axes if name not in _USUAL and name.partition(".")[0] not in OBSERVATION
-    )
     distinct = table.runs.first(*(name for name in RunParameters.model_fields if name not in SENSING))
     n_swept = int(np.searchsorted(distinct, table.n_swept))
     n_healthy = min(len(distinct) - n_swept, max(most // 4, most - n_swept))
@@ -294,8 +267,7 @@ def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> CheckedRuns:
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
         if not unreached or math.isfinite(coefficient)
     ]
-    n_left_out = len(distinct) - len(jobs)
-    return CheckedRuns(jobs, labels, n_left_out, len(table.runs), table.runs.distinct, unreached)
+    return jobs, len(distinct) - len(jobs), unreached
 
 
 def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:

@@ -14,12 +14,12 @@ from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.drive import is_whole
 from hydrofdi.config.plausibility import Unusual, idle_parameters, study_mistakes, unusual_values
 from hydrofdi.config.request import EDGES, OWN_PLANT, RunRequest, parameter_names
-from hydrofdi.config.values import shown_parameter, shown_value
+from hydrofdi.config.values import shown_value
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.quality.machine import Distinct, at_speed, is_near_band_edge, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
-from hydrofdi.settings.messages import counted, typeset
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.store.experiment_data import SIGNAL_OF_CHANNEL
 
@@ -40,12 +40,9 @@ def likely_mistakes(
 
 def experiment_warnings(experiment: ExperimentConfig, distinct: Distinct) -> list[str]:
     """What every rule says; `distinct` gives one run for each combination of sections."""
-    return list(dict.fromkeys([*said(RULES, experiment, distinct), *study_mistakes(experiment)]))
-
-
-def said(rules: Iterable[Rule], experiment: ExperimentConfig, distinct: Distinct) -> list[str]:
-    """What rules say, each sentence once."""
-    return list(dict.fromkeys(sentence for rule in rules for sentence in rule(experiment, distinct)))
+    said = unusual_values(experiment) + idle_parameters(experiment)
+    said += (text for rule in RULES for text in rule(experiment, distinct))
+    return said + study_mistakes(experiment)
 
 
 def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -140,18 +137,11 @@ def _differing(experiment: ExperimentConfig, options: Section) -> Iterator[str]:
         assumed, simulated = getattr(options, constant), sheet.get(constant)
         if (constant in sheet or constant in PLANT_PARAMETERS) and is_other(assumed, simulated):
             parameter = PLANT_PARAMETERS.get(constant, "the simulated one is")
-            own, other = _as_stated(parameter, assumed, simulated)
+            own, other = (
+                "not stated" if value is None else shown_value(parameter, value)
+                for value in (assumed, simulated)
+            )
             yield f"{constant} {own}, but {parameter} {other}"
-
-
-def _as_stated(parameter: str, *values: Any) -> list[str]:
-    """Values of a parameter in the unit in which it is shown."""
-    numbers = [value for value in values if isinstance(value, float)]
-    if not numbers:
-        return [f"{value}" for value in values]
-    shown = shown_parameter(parameter, numbers)
-    unit = "" if shown.unit == "1" else f" {typeset(shown.unit)}"
-    return ["not stated" if value is None else f"{shown.text(value)}{unit}" for value in values]
 
 
 _MUCH = 0.1

@@ -71,7 +71,8 @@ def measured_columns(
     columns: dict[str, NDArray[Any]] = {}
     alike = positions_by((job.analysis, job.parameters.drive_period) for job in jobs)
     for (analysis, _), rows in alike.items():
-        part = _measured_alike([jobs[row] for row in rows], analysis, _at(records, rows), seconds)
+        own = {name: values[rows] for name, values in records.items() if name != names.TIME}
+        part = _measured_alike([jobs[row] for row in rows], analysis, own, seconds)
         insert(columns, rows, len(jobs), part)
     failed = records[names.STATUS] != "ok"
     for name, values in columns.items():
@@ -119,13 +120,6 @@ def _record_batch(jobs: Sequence[Job], indicators: Indicators, records: Columns)
             for status, message in zip(records[names.STATUS], records[names.MESSAGE], strict=True)
         ),
     )
-
-
-def _at(records: Columns, rows: list[int]) -> dict[str, NDArray[Any]]:
-    n_row = len(records[names.STATUS])
-    if len(rows) == n_row:
-        return dict(records)
-    return {name: values[rows] for name, values in records.items() if name != names.TIME}
 
 
 def insert(
@@ -230,10 +224,8 @@ def _simulated(jobs: Sequence[Job]) -> Columns:
     if analysed_alike(jobs):
         return _recorded(jobs)
     records_of = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
-    records, record_of_job = (
-        _recorded([jobs[rows[0]] for rows in records_of.values()]),
-        indices(records_of, len(jobs)),
-    )
+    records = _recorded([jobs[rows[0]] for rows in records_of.values()])
+    record_of_job = indices(records_of, len(jobs))
     return {name: v if name == names.TIME else v[record_of_job] for name, v in records.items()}
 
 
@@ -242,24 +234,31 @@ def analysed_alike(jobs: Sequence[Job]) -> bool:
     return all(job.analysis == jobs[0].analysis for job in jobs)
 
 
+def simulated(
+    parameters: Sequence[RunParameters], coefficients: Sequence[float]
+) -> tuple[Trajectory, Trajectory]:
+    """Trajectories of runs with these leakage coefficients K_i, and what their sensors show [SI]."""
+    sensors, given = Measurement(parameters), np.array(coefficients, dtype=float)
+    # A run whose leak is unreachable (NaN) is simulated sealed beside the others, and then marked as failed.
+    trajectory = simulate_batch(parameters, np.nan_to_num(given).tolist(), tap=sensors)
+    outcomes = tuple(
+        RunOutcome("unreachable_leakage", unreachable_sentence(run)) if math.isnan(coefficient) else outcome
+        for run, coefficient, outcome in zip(parameters, given, trajectory.outcomes, strict=True)
+    )
+    trajectory = replace(trajectory, leakage_coefficient=given, outcomes=outcomes)
+    return trajectory, sensors.show(trajectory)
+
+
 def _recorded(jobs: Sequence[Job]) -> Columns:
     """Records: what the sensors show, and what is known of the plant itself."""
     parameters = [job.parameters for job in jobs]
-    coefficients = np.array([job.leakage_coefficient for job in jobs], dtype=float)
-    sensors = Measurement(parameters)
-    # A run whose leak is unreachable (NaN) is simulated sealed beside the others, and then marked as failed.
-    trajectory = simulate_batch(parameters, np.nan_to_num(coefficients).tolist(), tap=sensors)
-    outcomes = tuple(
-        RunOutcome("unreachable_leakage", unreachable_sentence(run)) if math.isnan(coefficient) else outcome
-        for run, coefficient, outcome in zip(parameters, coefficients, trajectory.outcomes, strict=True)
-    )
-    trajectory = replace(trajectory, leakage_coefficient=coefficients, outcomes=outcomes)
-    measured = sensors.show(trajectory)
+    trajectory, measured = simulated(parameters, [job.leakage_coefficient for job in jobs])
     with np.errstate(all="ignore"):
         numbers = _plant_numbers(parameters, trajectory)
         pressure, damping = trajectory.chamber_1_pressure, numbers[names.MODE_DAMPING_RATIO]
         changes, numbers["settled_from"] = how_records_settle(parameters, pressure, SETTLED_CHANGE)
         doubts = numbers_of_doubts(Simulated(parameters, trajectory, measured, changes, damping))
+    outcomes = trajectory.outcomes
     statuses = [outcome.status for outcome in outcomes]
     verdicts = verdicts_of(statuses, doubts)
     failed = np.array([not outcome.is_ok for outcome in outcomes])

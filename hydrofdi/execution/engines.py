@@ -61,7 +61,7 @@ class DaskEngine(Engine):
         except ImportError:
             raise ConfigError("the engine dask needs the extra: pip install 'hydrofdi[dask]'") from None
         self._distributed: Any = distributed
-        self._scheduler = scheduler
+        self._scheduler, self._name = scheduler, f"scheduler={scheduler}"
         self._shared_directory = self.reads_results = shared_directory
         self._client: Any = None
         self._items: dict[Any, Any] = {}
@@ -72,14 +72,14 @@ class DaskEngine(Engine):
         try:
             self._client = self._distributed.Client(self._scheduler, timeout=PATIENCE, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
-            raise ConfigError(f"{self._named()}: no answer ({type(error).__name__})") from None
+            raise ConfigError(f"{self._name}: no answer ({type(error).__name__})") from None
         for name in ("distributed", "distributed.client"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # our errors say it in a line
         self._client.loop.asyncio_loop.set_exception_handler(lambda *_: None)
         self.workers = sum(self._client.nthreads().values())
         if self.workers == 0:
             self._client.close()
-            raise ConfigError(f"{self._named()}: the cluster has no workers")
+            raise ConfigError(f"{self._name}: the cluster has no workers")
         return self
 
     def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
@@ -126,11 +126,8 @@ class DaskEngine(Engine):
         except Exception:
             raise self._lost() from None
 
-    def _named(self) -> str:
-        return f"scheduler={self._scheduler}"
-
     def _lost(self) -> HydrofdiError:
-        return HydrofdiError(f"{self._named()}: the cluster has ended")
+        return HydrofdiError(f"{self._name}: the cluster has ended")
 
     def _result(self, item: Any, future: Any) -> TaskResult:
         try:

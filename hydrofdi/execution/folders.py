@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from numbers import Integral
 from pathlib import Path
@@ -12,21 +13,25 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig, RunSpec
+from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.runs import NO_ROW, record_identity
 from hydrofdi.config.study import StudyTable
 from hydrofdi.config.values import ParameterAnswer, shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.execution.plan import SweepPlan, plan_sweep
-from hydrofdi.settings.arguments import refusal
+from hydrofdi.settings.arguments import path_of, refusal
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_file import read_texts
 from hydrofdi.store.folder import read_provenance, read_request
 from hydrofdi.store.names import MESSAGE, MISSING, STATUS, VERDICT, output_variables, stored_variables
 from hydrofdi.store.results import rows_named, stored_run_ids
-from hydrofdi.store.shards import ShardResults, StoredRun, read_index, read_rows
+from hydrofdi.store.shards import ShardResults, read_index, read_rows
 from hydrofdi.store.verdicts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
 from hydrofdi.tables.answer import Answer, Piece
+
+Folder = Any
+"""Folder of an experiment, or the `hydrofdi.Results` in it."""
 
 _SAID = (MESSAGE, VERDICT, *(doubt.number for doubt in DOUBTS.values()))
 
@@ -126,97 +131,132 @@ class Explanation(ParameterAnswer):
 
 @dataclass(frozen=True, repr=False)
 class Verification(Answer):
-    """Integrity of a folder: its ``faults``, one sentence each. True if there are none."""
+    """Integrity of a folder: its ``faults``, one sentence each. True if it is ``sound``: there are none."""
 
+    sound: bool
     faults: list[str]
 
     def __bool__(self) -> bool:
-        return not self.faults
+        return self.sound
 
     def parts(self) -> list[str]:
         """The faults."""
         return self.faults or ["every shard is sound"]
 
-    def to_dict(self) -> dict[str, Any]:
-        """What ``hydrofdi verify --json`` prints."""
-        return {"sound": bool(self), "faults": self.faults}
-
 
 @dataclass(frozen=True, repr=False)
 class Rerun(Answer):
-    """A stored run that was computed again, with the variables that are ``differing``. True if all bits
-    agree."""
+    """A stored run that was computed again, with the variables that are ``differing``. True if it has the
+    ``same_bits``."""
 
     run_id: str
+    same_bits: bool
     differing: list[str]
 
     def __bool__(self) -> bool:
-        return not self.differing
+        return self.same_bits
 
     def parts(self) -> list[str]:
         """One sentence."""
         result = f"differs in {', '.join(self.differing)}" if self.differing else "the same bits"
         return [f"run {self.run_id}: {result}"]
 
-    def to_dict(self) -> dict[str, Any]:
-        """What ``hydrofdi rerun --json`` prints."""
-        return {"run_id": self.run_id, "same_bits": bool(self), "differing": self.differing}
 
+def status(folder: Folder) -> SweepStatus:
+    """Progress of the latest sweep in a folder.
 
-def progress_of(directory: Path) -> SweepStatus:
-    """Progress of the latest sweep in a folder."""
-    plan = _stored_plan(directory)
-    results = ShardResults(plan.run_ids, plan.index, plan.failures)
-    statuses = Counter(results.statuses())
-    missing = len(plan.missing)
-    failed = sum(count for status, count in statuses.items() if status not in ("ok", MISSING))
-    damaged = list(plan.index.damaged.values())
-    planned = len(plan.run_ids)
-    earlier = plan.index.n_run_of_earlier_physics
-    try:
+    Raises
+    ------
+    StoreError
+        The folder contains no experiment.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
+    >>> study = {"name": "oils", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> hydrofdi.status(results.folder)
+    2 planned, 2 done, 0 failed, 0 missing (2 ok)
+    """
+    plan = _stored_plan(folder)
+    statuses = Counter(ShardResults(plan.run_ids, plan.index, plan.failures).statuses())
+    verdicts: dict[str, int] = {}
+    with suppress(StoreError):
         verdicts = doubt_counts(read_texts(plan.file, VERDICT).get(VERDICT, []))
-    except StoreError:
-        verdicts = {}
     return SweepStatus(
-        planned, planned - missing, failed, missing, dict(statuses), damaged, earlier, verdicts
+        planned=len(plan.run_ids),
+        done=len(plan.run_ids) - len(plan.missing),
+        failed=sum(count for status, count in statuses.items() if status not in ("ok", MISSING)),
+        missing=len(plan.missing),
+        statuses=dict(statuses),
+        damaged=list(plan.index.damaged.values()),
+        earlier=plan.index.n_run_of_earlier_physics,
+        verdicts=verdicts,
     )
 
 
-def verified(directory: Path) -> Verification:
-    """Checksums of every shard, and whether index and experiment file match."""
-    plan = _stored_plan(directory)
-    index = read_index(directory, trust=False)
+def verify(folder: Folder) -> Verification:
+    """Check the checksum of every shard, and whether index and experiment file match.
+
+    Raises
+    ------
+    StoreError
+        The folder contains no experiment.
+    """
+    plan = _stored_plan(folder)
+    index = read_index(plan.directory, trust=False)
     faults = [*index.damaged.values()]
     faults += [f"run {run_id}: its shard is gone or damaged" for run_id in sorted(index.lost)]
     for run_id in plan.run_ids:
         remembered, found = plan.index.runs.get(run_id), index.runs.get(run_id)
         if remembered and found and (remembered.row, remembered.status) != (found.row, found.status):
             faults.append(f"run {run_id}: the index does not match its shard {found.shard.name}")
-    file = plan.file
-    if file.exists():
-        try:
-            n_run = len(read_texts(file, STATUS)[STATUS])
-            if n_run != len(plan.run_ids):
-                faults.append(
-                    f"{file}: holds {counted(n_run, 'run')} of {len(plan.run_ids)}; run 'hydrofdi collect'"
-                )
-        except StoreError as error:
-            faults.append(str(error))
-    return Verification(faults)
+    try:
+        n_run = len(read_texts(plan.file, STATUS)[STATUS]) if plan.file.exists() else len(plan.run_ids)
+    except StoreError as error:
+        faults.append(str(error))
+    else:
+        if n_run != len(plan.run_ids):
+            holds = f"holds {counted(n_run, 'run')} of {len(plan.run_ids)}"
+            faults.append(f"{plan.file}: {holds}; run 'hydrofdi collect'")
+    return Verification(not faults, faults)
 
 
-def explained(directory: Path, run: str | int) -> Explanation:
-    """A run by its row, or the beginning of its identity: its settings, verdict and failure."""
-    plan = _stored_plan(directory)
+def why(folder: Folder, run: str | int) -> Explanation:
+    """A run explained: its settings, verdict and failure.
+
+    Parameters
+    ----------
+    folder : path or Results
+    run : str or int
+        Beginning of its identity, or its row.
+
+    Raises
+    ------
+    StoreError
+        The folder contains no experiment, or no such run.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
+    >>> study = {"name": "oils", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> hydrofdi.why(results.folder, 1).differences
+    {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
+    """
+    plan = _stored_plan(folder)
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     compared = plan.table.fixed_baseline[position]
     baseline = plan.experiment.nominal_parameters if compared == NO_ROW else plan.table.runs[compared].request
     stored, failure = plan.index.runs.get(run_id), plan.failures.get(run_id)
-    held = _held(stored) if stored is not None else {}
+    told = read_rows(stored.shard, _SAID, [stored.row]) if stored else {}  # older shards say less
+    held = {name: column[0] for name, column in told.items()}
     message, verdict = str(held.get(MESSAGE, "")), str(held.get(VERDICT, ""))
     status = stored.status if stored else failure.status if failure else "missing"
-    provenance = read_provenance(directory)
+    provenance = read_provenance(plan.directory)
     return Explanation(
         run_id=run_id,
         record_id=plan.record_ids[position],
@@ -245,13 +285,26 @@ def explained(directory: Path, run: str | int) -> Explanation:
     )
 
 
-def repeated(directory: Path, run: str | int, experiment: ExperimentConfig | None) -> Rerun:
-    """A stored run that is computed again, and its bits compared."""
+def rerun(folder: Folder, run: str | int, experiment: Experiment | None = None) -> Rerun:
+    """Compute a stored run again, and compare the bits.
+
+    Parameters
+    ----------
+    folder, run
+        As in `why`.
+    experiment : path, mapping or ExperimentConfig, optional
+        By default the latest request of the folder; a file of indicators is executed only if it is given.
+
+    Raises
+    ------
+    StoreError
+        The folder contains no experiment or no such run, or the run is not stored.
+    """
     from hydrofdi.execution.compute import Job, compute_columns
     from hydrofdi.simulation.calibration import leakage_coefficients
 
-    # needs its indicators
-    plan = plan_sweep(experiment or _request(directory), directory)
+    asked = _request(path_of(folder)) if experiment is None else load_experiment(experiment)
+    plan = plan_sweep(asked, path_of(folder))
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     stored = plan.index.runs.get(run_id)
@@ -268,7 +321,7 @@ def repeated(directory: Path, run: str | int, experiment: ExperimentConfig | Non
         same = np.array_equal(old, new) if variable.is_text else np.array_equal(old, new, equal_nan=True)
         if not same:
             differing.append(variable.name)
-    return Rerun(run_id, differing)
+    return Rerun(run_id, not differing, differing)
 
 
 def _role(roles: StudyTable | None, position: int) -> str:
@@ -277,11 +330,6 @@ def _role(roles: StudyTable | None, position: int) -> str:
     population, design = roles.populations[roles.of_run[position]], roles.design_of_run[position]
     of_design = f", design {design + 1} of {len(roles.designs)}" if len(roles.designs) > 1 else ""
     return f"{population.title}, {'fit' if population.is_fit else 'test'} record{of_design}"
-
-
-def _held(stored: StoredRun) -> dict[str, Any]:
-    """What a shard says of a run: its message, verdict, and the numbers behind it; older ones say less."""
-    return {name: column[0] for name, column in read_rows(stored.shard, _SAID, [stored.row]).items()}
 
 
 def _doubt(doubt: Doubt, held: dict[str, Any]) -> dict[str, Any]:
@@ -316,7 +364,8 @@ def _request(directory: Path) -> ExperimentConfig:
     return read_request(directory)
 
 
-def _stored_plan(directory: Path) -> SweepPlan:
+def _stored_plan(folder: Folder) -> SweepPlan:
+    directory = path_of(folder)
     experiment = _request(directory)
     run_ids = stored_run_ids(directory, experiment) if experiment.indicator_choice.absent else None
     return plan_sweep(experiment, directory, run_ids=run_ids)

@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import islice
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 from warnings import catch_warnings
 
 from numpy import bincount
@@ -34,9 +34,6 @@ from hydrofdi.store.results import experiment_file
 from hydrofdi.store.shards import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.tables.answer import Piece
 from hydrofdi.tables.table import Table
-
-if TYPE_CHECKING:
-    from hydrofdi.execution.compute import Job
 
 _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
@@ -130,10 +127,6 @@ class SweepPlan:
     def n_simulated(self) -> int:
         """Number of records that are to be simulated; runs that differ only in their analysis share one."""
         return len({self.record_ids[position] for position in self.simulated})
-
-    def reasons(self) -> dict[str, int]:
-        """Why runs are to be computed → how many of them."""
-        return dict(Counter(self.reason(position) for position in self.missing))
 
     def _obstacle(self, record: StoredRun) -> str:
         """Why a stored record cannot be measured as it is stored; empty if it can."""
@@ -239,12 +232,6 @@ _PART = 0.2
 """Part of a record that is simulated for a prediction."""
 
 
-def _beginning(job: Job, part: float) -> Job:
-    """A job with a part of its record."""
-    duration = part * job.parameters.record.duration
-    return replace(job, parameters=job.parameters.with_values({"record.duration": duration}))
-
-
 def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     """Least and most wall time to expect of a plan [s].
 
@@ -263,7 +250,8 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     for part in (_PART, 1.0):
         # A part of a record may be too short for its analysis.
         with catch_warnings(action="error", category=RuntimeWarning), suppress(ValueError, RuntimeWarning):
-            jobs = [_beginning(job, part) for job in whole]
+            short = {"record.duration": part * whole[0].parameters.record.duration}
+            jobs = [replace(job, parameters=job.parameters.with_values(short)) for job in whole]
             compute_columns(jobs)  # compiles, or loads their kernels
             break
     start = time.perf_counter()
@@ -369,7 +357,7 @@ def planned(
         missing=len(made.missing),
         simulated_records=made.n_simulated,
         measured_analyses=len(made.measurable),
-        reasons=made.reasons(),
+        reasons=dict(Counter(map(made.reason, made.missing))),
         solutions=made.table.runs.at(made.simulated).solutions(),
         calibrated_at=experiment.calibration.at,
         workers=workers,

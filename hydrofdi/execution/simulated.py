@@ -16,10 +16,9 @@ from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.config.study import condition_label
 from hydrofdi.engine import limited
 from hydrofdi.errors import Issue
+from hydrofdi.execution.compute import simulated
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.settings.messages import counted, time_text
-from hydrofdi.simulation.balances import RunOutcome
-from hydrofdi.simulation.batch import measured_batch
 from hydrofdi.simulation.calibration import leakage_coefficients
 from hydrofdi.simulation.lanes import WIDTH
 from hydrofdi.store import experiment_data as records
@@ -75,11 +74,9 @@ class SimulatedRecords:
             alike = _alike(runs, rows[first:])
             with limited(self.experiment.limits.time_per_job):
                 coefficients = leakage_coefficients(alike, None, known, required="none")
-            own_ids = [record_ids[row] for row in rows[first : first + len(alike)]]
-            texts = [titles[row] for row in rows[first : first + len(alike)]] if titles else []
-            if labels and not titles:
-                texts = [_label(*each) for each in zip(alike, coefficients, strict=True)]
-            with limited(self.experiment.limits.time_per_job):
+                own = rows[first : first + len(alike)]
+                texts = [titles[row] for row in own] if titles else [*map(_label, alike, coefficients)]
+                own_ids = [record_ids[row] for row in own]
                 batch = _batch(alike, coefficients, own_ids, self, texts if labels else None)
             first += len(alike)
             now = time.monotonic()
@@ -111,15 +108,10 @@ def _batch(
     labels: Sequence[str] | None,
 ) -> RecordBatch:
     """Records of runs with the same samples; those that fail are rejected."""
-    possible = [0.0 if math.isnan(value) else value for value in coefficients]
-    shown = measured_batch([run.parameters for run in runs], possible)
-    outcomes = [
-        RunOutcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
-        for value, outcome in zip(coefficients, shown.outcomes, strict=True)
-    ]
-    texts = labels or ("",) * len(runs)
-    good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
-    absent = absent_signals(runs[0].parameters.plant)
+    parameters, texts = [run.parameters for run in runs], labels or ("",) * len(runs)
+    _, shown = simulated(parameters, coefficients)
+    good = [row for row, outcome in enumerate(shown.outcomes) if outcome.is_ok]
+    absent = absent_signals(parameters[0].plant)
     wanted = {
         channel: signal
         for channel, signal in records.SIGNAL_OF_CHANNEL.items()
@@ -128,16 +120,14 @@ def _batch(
     signals = shown.signals(wanted.values())
     return RecordBatch(
         {channel: signals[signal][good] for channel, signal in wanted.items() if signal in signals},
-        runs[0].parameters.record.sampling_frequency,
+        parameters[0].record.sampling_frequency,
         tuple(record_ids[row] for row in good),
         sources=(source.name,) * len(good),
-        drive_period=runs[0].parameters.drive_period,
+        drive_period=parameters[0].drive_period,
         labels=tuple(texts[row] for row in good) if labels else None,
         rejected=tuple(
-            RejectedRecord(
-                record_ids[row], source.name, "", Issue(outcome.message, kind=outcome.status), texts[row]
-            )
-            for row, outcome in enumerate(outcomes)
+            RejectedRecord(record_id, source.name, "", Issue(outcome.message, kind=outcome.status), text)
+            for record_id, outcome, text in zip(record_ids, shown.outcomes, texts, strict=True)
             if not outcome.is_ok
         ),
     )

@@ -33,7 +33,7 @@ from hydrofdi.records.recording import (
     trimmed,
 )
 from hydrofdi.records.times import instant
-from hydrofdi.settings.files import Source, read_yaml, validated
+from hydrofdi.settings.files import Source, read_yaml, validated, write_new
 
 _MOST_SAMPLES = 2**22
 """Most samples, over all channels, of a batch with more than one record: 32 MiB."""
@@ -298,13 +298,7 @@ def write_description(path: Path, file: Path, sampling_frequency: float | None =
     pattern = os.path.relpath(path / f"*{files[0].suffix}" if path.is_dir() else path, file.parent)
     text = proposed_description(files[0], pattern, sampling_frequency)
     text = "\n".join([text, *usual_sheet_lines()]) + "\n"
-    try:
-        with open(file, "x", encoding="utf-8") as out:
-            out.write(text)
-    except FileExistsError:
-        raise DataError(f"{file}: already exists and was not changed; choose another name") from None
-    except OSError as error:
-        raise DataError(f"{file}: cannot be written: {error.strerror}") from None
+    write_new(file, text)
     return text
 
 

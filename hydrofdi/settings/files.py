@@ -380,6 +380,17 @@ def overlay(base: Source, over: Source, merge: Merge = merged) -> None:
     base.mistakes.extend(over.mistakes)
 
 
+def write_new(file: Path, text: str) -> None:
+    """Write a new file; an existing one stays."""
+    try:
+        with open(file, "x", encoding="utf-8") as new:
+            new.write(text)
+    except FileExistsError:
+        raise ConfigError(f"{file}: already exists and was not changed; choose another name") from None
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
+
+
 def read_extended(
     file: Path,
     kind: str,

@@ -123,12 +123,6 @@ def simulate_batch(
     return signals.trajectory(leakage_coefficients)
 
 
-def measured_batch(runs: Sequence[RunParameters], coefficients: Sequence[float]) -> Trajectory:
-    """What the sensors of runs with these leakage coefficients show [SI]."""
-    sensors = Measurement(runs)
-    return sensors.show(simulate_batch(runs, coefficients, tap=sensors))
-
-
 def chunks(inputs: Inputs, record: RecordConfig) -> Iterator[tuple[slice, InputChunk]]:
     """Windows of samples of the record, and the inputs of their steps."""
     most = min(_CHUNK_STEPS, _CHUNK_SPOOL_STEPS // max(inputs.n_drive, 1))

@@ -69,7 +69,8 @@ def test_a_stream_in_chunks_of_any_size_gives_the_lines_of_the_monitor(trained, 
 PUBLIC = [getattr(hydrofdi, name) for name in hydrofdi.__all__]
 MODULES = sorted({
     each.__module__ for each in PUBLIC
-    if ">>>" in (inspect.getdoc(each) or "") and each.__module__.startswith("hydrofdi.api")
+    if ">>>" in (inspect.getdoc(each) or "")
+    and each.__module__.startswith(("hydrofdi.api", "hydrofdi.execution"))
 })  # fmt: skip
 
 

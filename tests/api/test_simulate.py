@@ -65,14 +65,6 @@ def test_a_run_is_a_dataset_with_units_a_frame_and_a_page(leaking):
     assert "volterra.coefficients" not in volterra.features
 
 
-def test_a_run_that_fails_says_how_and_names_strange_settings():
-    run = hydrofdi.simulate(bulk_modulus="1e7 MPa", mass="1 g", **SHORT)
-    assert run.status != "ok"
-    assert run.message
-    assert all(text in run._repr_html_() for text in (run.status, "actuator.mass"))
-    assert any("actuator.mass" in warning for warning in run.warnings)
-
-
 def test_without_the_extra_one_sentence_says_what_to_install(leaking, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(hydrofdi.HydrofdiError, match=r"^xarray is not installed: .*hydrofdi\[notebook\]"):

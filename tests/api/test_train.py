@@ -66,20 +66,6 @@ def test_records_in_memory_teach_what_the_command_learns_from_files(files, tmp_p
         assert promise(hydrofdi.train(**given, **WANTED)) == told
 
 
-def test_what_is_saved_is_what_is_loaded(tmp_path):
-    detector = hydrofdi.train(HEALTHY, **WANTED, sampling_frequency=RATE, out=tmp_path / "made.json")
-    detector.save(str(tmp_path / "saved.json"))
-    for name in ("made.json", "saved.json"):
-        assert hydrofdi.Detector.load(tmp_path / name).file == detector.file
-    low, high = (100 * each for each in detector.file.limits.interval)
-    said = f"false alarms in 20 % of healthy windows ({low:.3g} to {high:.3g} %)"
-    assert said in repr(detector)
-    assert detector.summary.split("\n")[0] in detector._repr_html_()
-    (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(hydrofdi.HydrofdiError, match="is not a detector file"):
-        hydrofdi.train(HEALTHY, **WANTED, sampling_frequency=RATE, out=tmp_path / "notes.txt")
-
-
 def test_settings_come_from_a_mapping_a_file_or_keywords(tmp_path):
     config = {"indicator": "dwt", "options": {"name": "db4"}, **WANTED, "window": {"duration": "0.5 s"}}
     (file := tmp_path / "wanted.yaml").write_text(json.dumps(config))

@@ -75,14 +75,10 @@ def test_windows_that_overlap_do_not_narrow_the_interval(trained, tmp_path):
     assert widths[0] > 0.9 * widths[1]
 
 
-@pytest.mark.parametrize(
-    ("kind", "options"),
-    [
-        ("short_record", {"samples": pressure()[:900]}),
-        ("other_rate", {"frequency": 500.0}),
-        ("missing_channel", {"name": "P2 [Pa]"}),
-    ],
-)
+@pytest.mark.parametrize(("kind", "options"), [
+    ("short_record", {"samples": pressure()[:900]}), ("other_rate", {"frequency": 500.0}),
+    ("missing_channel", {"name": "P2 [Pa]"}),
+])  # fmt: skip
 def test_a_record_that_cannot_be_judged_says_why(trained, tmp_path, kind, options):
     odd = written(tmp_path / "odd.csv", **{"samples": pressure(), **options})
     ended, found = detected(trained, written(tmp_path / "healthy.csv", pressure()[:1000]), odd)

@@ -161,16 +161,6 @@ def test_results_of_a_sweep_are_evaluated_by_their_labels(small_sweep):
     assert all(score["threshold"] is None for score in done["detection"])
 
 
-def test_detections_are_held_back_if_no_healthy_group_could_be_tested(tmp_path):
-    rig = write_records(tmp_path, n_unit=2, n_run=12)
-    rig.write_text(GROUPED + SEVERITY)
-    score = by_name(run_json("evaluate", rig, *RATE))["dwt.d2"]
-    assert score["threshold"]["n"] == 24
-    assert score["false_alarms"] == score["pod"] == []
-    assert score["q90_95_L_per_min"] is None
-    assert any("no healthy record was tested" in each for each in score["refusals"])
-
-
 def test_of_equal_areas_the_quieter_control_comes_first():
     groups = tuple(f"unit {unit}" for unit in range(2) for _ in range(10)) + ("unit 0",) * 10
     populations = Population("healthy", Kind.HEALTHY, is_fit=True), Population("leak", Kind.FAULT)

@@ -115,7 +115,7 @@ def test_a_parameter_has_an_effect_in_some_run_or_is_reported(settings, names):
 
 def test_simulate_prints_the_saturation():
     calm = ("control.law=p", "control.proportional_gain=20 V/m", "control.voltage_limit=1 V")
-    assert hydrofdi.simulate(load_experiment(settings=["record.duration=4 s", *calm])).saturation == []
+    assert not hydrofdi.simulate(load_experiment(settings=["record.duration=4 s", *calm])).warnings
     settings = (calm[0], "control.proportional_gain=2000 V/m", calm[2], "record.duration=4 s")
     options = [part for each in settings for part in ("--set", each)]
     assert "warning: the controller is at control.voltage_limit" in run("simulate", *options).stderr

@@ -70,13 +70,9 @@ def test_check_ends_with_0_where_the_listed_claims_hold_and_with_1_where_one_doe
 
 
 def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(hydrofdi, table3, tmp_path):
-    for arguments, file, start in (
-        (("figure3.svg", "--json"), "figure3.svg", b"<?xml"),
-        (("sensitivity.pdf",), "sensitivity.pdf", b"%PDF"),
-        (("sensitivity", "--out", "map.png"), "map.png", b"\x89PNG"),
-    ):
-        result = hydrofdi("report", table3.directory, "--figure", *arguments)
+    for file, start in (("figure3.svg", b"<?xml"), ("sensitivity.pdf", b"%PDF"), ("phases.png", b"\x89PNG")):
+        result = hydrofdi("report", table3.directory, "--figure", file, "--json")
         assert (tmp_path / file).read_bytes().startswith(start)
         assert f"drew {file}: " in result.stderr
-        assert bool(result.stdout) == ("--json" in arguments)
+        assert json.loads(result.stdout)
     assert hydrofdi("report", table3.directory, "--figure", "sensitivity").returncode == 2

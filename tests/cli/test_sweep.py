@@ -36,20 +36,12 @@ def test_options_are_a_sweep_and_the_file_that_they_write_is_the_same(hydrofdi, 
     assert hydrofdi("sweep", *axes, *short, "--write", "mine.yaml").returncode == 2
 
 
-@pytest.mark.parametrize(
-    "axes",
-    [
-        ("--grid", "EBM=6e8,7e8", "--grid", "fluid.bulk_modulus=8e8"),
-        ("--grid", "K_i=0,1e-8", "--grid", "q_il=0,1 L/min"),
-        ("--zip", "K_i=0,1e-8", "--zip", "q_il=0,1 L/min"),
-        ("--set", "bulk_modulus=6e8", "--set", "EBM=7e8"),
-        ("--grid", "EBM"),
-        (),
-    ],
-    ids=" ".join,
-)
+@pytest.mark.parametrize("axes", [
+    "--grid EBM=6e8,7e8 --grid fluid.bulk_modulus=8e8", "--grid K_i=0,1e-8 --grid q_il=0,1e-5",
+    "--zip K_i=0,1e-8 --zip q_il=0,1e-5", "--set bulk_modulus=6e8 --set EBM=7e8", "--grid EBM", "",
+])  # fmt: skip
 def test_an_axis_is_never_dropped_silently(hydrofdi, axes):
-    refused = hydrofdi("plan", *axes)
+    refused = hydrofdi("plan", *axes.split())
     assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
 
 

@@ -3,6 +3,7 @@
 
 import json
 import shutil
+from collections import Counter
 
 import h5py
 import numpy as np
@@ -10,10 +11,10 @@ import pytest
 import xarray
 
 from hydrofdi.api.sources import open_records
-from hydrofdi.api.sweeps import verify, why
 from hydrofdi.config import load_experiment
 from hydrofdi.engine import InProcessEngine
 from hydrofdi.errors import ConfigError
+from hydrofdi.execution.folders import verify, why
 from hydrofdi.execution.plan import plan_sweep
 from hydrofdi.execution.sweeping import run_sweep
 from hydrofdi.indicators import make_indicators
@@ -68,7 +69,7 @@ def test_another_analysis_simulates_nothing_and_gives_the_bits_of_a_simulation(t
     first = shutil.copy(swept(plain, directory).file, tmp_path / "first.h5")
     plan = plan_sweep(other, directory)
     assert (len(plan.missing), plan.n_simulated, len(plan.measurable)) == (4, 0, 4)
-    assert plan.reasons() == {AGAIN: 4}
+    assert [*map(plan.reason, plan.missing)] == 4 * [AGAIN]
     for experiment, reason in ((other, AGAIN), (noisy(tmp_path, "all", "friction.viscous=60"), "new")):
         (directory / "experiment.json").write_text(experiment.model_dump_json())
         asked = why(directory, "0")
@@ -99,7 +100,7 @@ def test_where_signals_are_not_stored_the_plan_says_why_it_simulates(tmp_path, s
     other = noisy(tmp_path, signals, "wavelet.levels=4", *settings)
     plan = plan_sweep(other, tmp_path / "noisy")
     assert plan.n_simulated == 4
-    ((because, count),) = plan.reasons().items()
+    ((because, count),) = Counter(map(plan.reason, plan.missing)).items()
     assert count == 4
     assert reason in because
     assert swept(other, tmp_path / "noisy").measured == 0

@@ -190,10 +190,10 @@ def draw_all(report: ComposedReport, names: Sequence[str]) -> tuple[dict[str, Fi
     return drawn, holes
 
 
-def write_figure(report: ComposedReport, path: Path, name: str = "") -> str:
-    """Draw a figure by its name, or that which a file is named after; returns its caption."""
-    save_figure(draw_figure(report, name or path.stem), path)
-    return report.figures()[name or path.stem].caption
+def write_figure(report: ComposedReport, path: Path) -> str:
+    """Draw the figure that a file is named after; returns its caption."""
+    save_figure(draw_figure(report, path.stem), path)
+    return report.figures()[path.stem].caption
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -7,9 +7,8 @@ from indicators.signals import P1, P2, U, X, batch, measured
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.catalogue.spectra import _lines
 from hydrofdi.indicators.catalogue.transients import half_periods, jumps
-from hydrofdi.monitor.opcua import Joiner, NodeValue
 from hydrofdi.records.recording import Record, Stroke, _resampled, drive_edges, find_stroke, short_stroke
-from hydrofdi.records.streams import Chunk, EvenStream
+from hydrofdi.records.streams import Chunk, EvenStream, Joining
 from hydrofdi.settings.messages import shown_quantity
 
 LEVELS = range(1, 60)
@@ -32,7 +31,7 @@ def converted(levels, lowest=-10.0, resolution=0.01):
     lambda n: _lines((50.0, 50.0), 500.0 / (10 * n), 1000 * n)[1] / n,
     # a clock of milliseconds at 500 Hz: steps of half a period and of one and a half
     lambda n: len(STREAM.step(STREAM.start(), stamps(n, n + 2, n + 5))[1]),
-    lambda n: Joiner(2, 2e-3, 1.0).add([NodeValue((n + k) / 1e3, k, 0.0, 0.0) for k in (0, 1)], 0.0)[0].size,
+    lambda n: joined(n).n_time,
     # 2 %, 20 % and 98 % of a stroke, and its length
     lambda n: find_stroke(n / 100 + RISE / 1e3).start,
     lambda n: find_stroke(n / 100 + n * RISE / 1e4).arrival,
@@ -56,6 +55,14 @@ RISE = np.concatenate([np.zeros(50), np.arange(101), np.full(50, 100)])
 def stamps(*milliseconds):
     time = np.array(milliseconds) / 1e3
     return Chunk(time, {P1: np.zeros(time.size)})
+
+
+def joined(millisecond):
+    """Two channels, stamped half a period apart."""
+    values = np.array([[0.0, np.nan], [np.nan, 0.0]])
+    chunk = Chunk((millisecond + np.arange(2)) / 1e3, dict(zip((P1, P2), values, strict=True)))
+    joining = Joining(500.0, (P1, P2))
+    return joining.step(joining.start(), chunk, is_end=True)[1]
 
 
 def pulses(scale, *places):

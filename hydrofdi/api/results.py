@@ -8,7 +8,7 @@ from collections.abc import Collection
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,10 +83,16 @@ class Results:
     def _specs(self) -> Runs:
         return expand_runs(self.data.experiment).runs
 
-    def __getitem__(self, run: int) -> Run:
-        """A run with its features and stored signals, by its position."""
+    @overload
+    def __getitem__(self, run: int) -> Run: ...
+    @overload
+    def __getitem__(self, run: slice) -> list[Run]: ...
+    def __getitem__(self, run: int | slice) -> Run | list[Run]:
+        """A run with its features and stored signals, by its position; several for a slice."""
         from hydrofdi.api.run import Run
 
+        if isinstance(run, slice):
+            return [self[each] for each in range(len(self))[run]]
         at = range(len(self))[run]
         columns = {name: values[at : at + 1] for name, values in self.data.columns.items()}
         if (time := self.data.signals.time()) is not None:

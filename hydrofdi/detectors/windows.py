@@ -204,6 +204,8 @@ class Tally:
         alarms = np.array([window.alarm for window in windows], dtype=object)
         scores = [row.get("score") for row in rows]
         numbers = quantity("score", scores, file.unit, sizes=[file.limits.low, file.limits.high])
+        # a score of several numbers has the unit of the first, but is not its size
+        is_size = file.config.score is None or file.config.score.kind != "either"
         chart = f"chart, of {number_text(file.chart.limit, 3)}" if file.chart else ""
         return Table(
             (
@@ -213,7 +215,7 @@ class Tally:
                 column("number"),
                 column("start", "s", text=lambda at: HOLE if at is None else f"{at:.12g}", is_shown=True),
                 column("end", "s"),
-                replace(numbers, strong=beyond),
+                replace(numbers, strong=beyond, is_shown=is_size),
                 *words("unit"),
                 column("low"),
                 column("high"),
@@ -222,6 +224,7 @@ class Tally:
                     title="margin [spreads]",
                     text=lambda at: HOLE if at is None else f"{at:+.2f}".replace("-", "−"),
                     is_shown=True,
+                    strong=() if is_size else beyond,
                 ),
                 column("beyond_limit"),
                 *(column(name, "m^3/s") for name in ("leak", "leak_low", "leak_high")),

@@ -130,7 +130,7 @@ def test_too_little_time_is_no_verdict_without_many_alarms_and_no_limit():
     (found,) = judged(replace(few, values=values))
     assert found.keeps(found.outcomes[0].found) is False
     shown = [Detection(few.records, (), Rules(), charts=(each,)) for each in (short, found)]
-    first, second = (str(answer_block(each, is_complete=True, without_noise=())) for each in shown)
+    first, second = (str(answer_block(each)) for each in shown)
     assert "1 of 1 tests of their limits" in second
     assert "tests of their limits" not in first
 

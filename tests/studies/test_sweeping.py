@@ -13,7 +13,7 @@ from hydrofdi.evaluation.scores import Kind
 from hydrofdi.execution.compute import Job, compute_columns, measured_columns
 from hydrofdi.execution.simulated import SimulatedRecords
 from hydrofdi.papers import make_report
-from hydrofdi.report.detection.sections import estimates_block
+from hydrofdi.report.detection.sections import estimates_block, without_noise
 from hydrofdi.store.experiment_data import StoredRecords
 from hydrofdi.store.folder import write_request
 from hydrofdi.store.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
@@ -258,11 +258,15 @@ detection:
 """
 
 
-def test_sensors_that_are_left_out_take_their_scores_with_them(tmp_path):
+def test_sensors_without_noise_are_named_and_those_left_out_take_their_scores_with_them(tmp_path):
     def judged_with(*settings):
-        return make_report(stored(tmp_path, SENSORS, *settings)).detections[0]
+        made = make_report(stored(tmp_path, SENSORS, *settings))
+        return made.detections[0], without_noise(made.data.experiment, made.detections[0])
 
-    assert 0.5 < judged_with().records.per_mean_flow < 5.0
-    fewer = judged_with("detection.sensors=[P1, P2, x, u]")
+    judged, perfect = judged_with()
+    assert perfect == ["Ps", "xv"]
+    assert 0.5 < judged.records.per_mean_flow < 5.0
+    fewer, _ = judged_with("detection.sensors=[P1, P2, x, u]")
     assert {each.name.partition(".")[0] for each in fewer.judgements} == {"dwt"}
     assert sum("is left out" in remark for remark in fewer.remarks) == 2
+    assert judged_with("study.population.over.spool_sensor.noise={uniform: [0.1 µm, 1 µm]}")[1] == ["Ps"]

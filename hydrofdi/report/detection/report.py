@@ -68,7 +68,7 @@ class DetectionReport(ComposedReport):
     def blocks(self) -> Iterator[Block | None]:
         """Its own sections."""
         first, data, is_complete = self.detections[0], self.data, self.is_complete
-        yield sections.answer_block(first, is_complete=is_complete)
+        yield sections.answer_block(first, data.experiment if data else None, is_complete=is_complete)
         yield self._training
         yield sections.populations_block(first, data.experiment if data else None)
         yield sections.ranking_block(first)

@@ -15,6 +15,7 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.machine import REFERENCE_DROP
 from hydrofdi.config.values import shown_value, shown_values
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population, comparable
+from hydrofdi.records import Channel
 from hydrofdi.report.detection import wording
 from hydrofdi.report.detection.record import chart_record, nuisances, run_length_lines
 from hydrofdi.report.document import Block
@@ -35,12 +36,24 @@ _SIGNS = (
     " tested levels, as no curve fits; !: more false alarms than set; ?: too few records to tell."
 )
 
+_SENSORS = {
+    Channel.CHAMBER_1_PRESSURE: "pressure_1_sensor",
+    Channel.CHAMBER_2_PRESSURE: "pressure_2_sensor",
+    Channel.SUPPLY_PRESSURE: "supply_sensor",
+    Channel.PISTON_POSITION: "position_sensor",
+    Channel.PISTON_VELOCITY: "velocity_sensor",
+    Channel.SPOOL_POSITION: "spool_sensor",
+    Channel.OIL_TEMPERATURE: "temperature_sensor",
+}
+
 _TESTING = {Kind.HEALTHY: "healthy", Kind.FAULT: "leaking", Kind.SHIFT: "shifted"}
 
 
-def answer_block(detection: Detection, *, is_complete: bool = True) -> Block:
+def answer_block(
+    detection: Detection, experiment: ExperimentConfig | None = None, *, is_complete: bool = True
+) -> Block:
     """What is found with which sensors, the sentence last; while runs are missing, the table alone."""
-    tables, rests = (_answer_table(detection),), " ".join(_rests_on(detection))
+    tables, rests = (_answer_table(detection),), " ".join(_rests_on(detection, experiment))
     if not is_complete:
         return Block("answer", "Records so far", (rests,), tables, is_answer=True)
     figures = ("answer",) if wording.answers(detection) else ()
@@ -69,7 +82,7 @@ def _answer_table(detection: Detection) -> Table:
     return Table(tuple(columns), key="best", notes=(f"Alarms: of healthy records. {_SIGNS}",))
 
 
-def _rests_on(detection: Detection) -> Iterator[str]:
+def _rests_on(detection: Detection, experiment: ExperimentConfig | None) -> Iterator[str]:
     """Records and scores behind the answer."""
     records, judgements = detection.records, detection.judgements
     sizes: Counter[tuple[Kind, bool]] = Counter()
@@ -91,6 +104,24 @@ def _rests_on(detection: Detection) -> Iterator[str]:
         unit = wording.severity_unit(detection)
         found = f"{unit.found(of_all)} {unit.name}"
         yield f"Allowing for the choice of the best of {len(judgements)}: {found}."
+    if experiment and (perfect := without_noise(experiment, detection)):
+        yield f"Simulated without noise: {joined(perfect)}."
+
+
+def without_noise(experiment: ExperimentConfig, detection: Detection) -> list[str]:
+    """Symbols of measured signals without noise that the best score with some set of sensors uses."""
+    used = {name for each in wording.best_with_sensors(detection).values() for name in each.scored.channels}
+    drawn = experiment.study.population.over if experiment.study else {}
+    chosen = {**detection.records.design, **drawn}
+    return [
+        channel.symbol
+        for channel, sensor in _SENSORS.items()
+        if channel.value in used
+        and not any(
+            chosen.get(name, experiment.value(name))
+            for name in (f"{sensor}.noise", f"{sensor}.noise_density")
+        )
+    ]
 
 
 def answer_sentence(detection: Detection) -> str:

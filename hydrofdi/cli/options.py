@@ -58,10 +58,7 @@ Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of an exp
 Detector = Annotated[
     Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
 ]
-Figure = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Draw the signals of one record, or the trend (.png, .svg or .pdf)."),
-]
+Figure = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure (.png, .svg or .pdf).")]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON on standard output.")]
 
 SamplingFrequency = Annotated[

@@ -83,9 +83,8 @@ def measure(
         tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
     doubts = summaries(tally.doubts, tally.n_record - tally.n_rejected - tally.n_empty)
     tell(*tally.sentences(), *(f"warning: {summary}" for summary in doubts))
-    if tally.n_unmeasured and chosen != "table":
-        unmeasured = counted(tally.n_unmeasured, "record")
-        tell(f"without some numbers: {unmeasured}; the first: {tally.first_reason}")
+    if chosen != "table":
+        tell(*tally.unmeasured())
     return int(tally.is_lacking)
 
 

@@ -186,7 +186,7 @@ def report(
     ] = None,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write all formats and figures to this folder.")
+        Path | None, typer.Option(metavar="DIR", help="Write the report and its figures to this folder.")
     ] = None,
     figure: Annotated[
         Path | None,

@@ -390,3 +390,9 @@ class Counted:
             yield f"rejected: {self.n_rejected:,} {of}; {self.first_rejection}"
         if self.n_empty:
             yield f"without any number: {self.n_empty:,} {of}"
+
+    def unmeasured(self) -> Iterator[str]:
+        """Records that some indicator could not measure, with the first reason."""
+        if self.n_unmeasured:
+            of = counted(self.n_unmeasured, "record")
+            yield f"without some numbers: {of}; the first: {self.first_reason}"

@@ -253,7 +253,7 @@ def spread(values: Array) -> GroupSpread:
 
 
 def strongest_table(study: ResponseStudy, most: int) -> Table:
-    """The features that move most, at least one for each parameter."""
+    """The features that move most as a share of their spread, at least one for each parameter."""
     pairs = [
         [(axis, each) for each in sorted(axis.responses, key=lambda each: -each.reach)] for axis in study.axes
     ]
@@ -272,7 +272,7 @@ def strongest_table(study: ResponseStudy, most: int) -> Table:
     for title, at in (("there", 0), ("and there", -1)):
         medians = [_number(each.over[at].median, each.feature.is_change) for _, each in shown]
         columns.append(Column(title, medians))
-    title = "Strongest responses: medians at the ends of each parameter"
+    title = "Clearest responses, least hidden by what else varies: medians at the ends of each parameter"
     return Table(tuple(columns), title, "strongest")
 
 

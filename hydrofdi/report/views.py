@@ -289,7 +289,7 @@ def matrix_block(plane: Plane) -> Block:
         strong = [k for k, row in enumerate(rows) if (row, column) == plane.baseline]
         name = plane.texts[1][column]
         content.append(Column(name, matrix[rows, column], feature.own_unit, name, number, strong=strong))
-    notes = [f"{plane.said}{'; *: the baseline' * (plane.baseline is not None)}."] if plane.said else []
+    notes = [f"{plane.said}{'; marked: the baseline' * (plane.baseline is not None)}."] if plane.said else []
     if (len(rows), len(columns)) != plane.shape:
         n_row, n_column = plane.shape
         notes.append(f"Some of {n_row} × {n_column} cells; --figure sensitivity.png draws all.")

@@ -185,7 +185,8 @@ class Evaluation(Answer):
 
     def asides(self) -> Iterator[str]:
         """What is left out."""
-        return self.left.sentences()
+        yield from self.left.sentences()
+        yield from self.left.unmeasured()
 
     def __bool__(self) -> bool:
         return not (self.left.is_lacking or self.left.n_repeated)
